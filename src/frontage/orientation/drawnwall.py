@@ -156,7 +156,7 @@ def _sides(wall: UprightWall) -> tuple[float, float]:
 
 
 def _squarest(photos: Sequence[Photo], wall: UprightWall) -> list[Photo]:
-    """Returns the photos that show the wall least obliquely, these first, and no more than are needed."""
+    """Returns the photos that show the wall least obliquely, the best first, and no more than are needed."""
     facing = [(float(p.pose.R[:, 2] @ wall.inward), k) for k, p in enumerate(photos)]
     return [photos[k] for cosine, k in sorted(facing, reverse=True)[:_MOST_PHOTOS] if cosine > 0.2]
 

@@ -131,6 +131,8 @@ def _confirmed(state: AdjustedPhotos, dependence: Dependence | None) -> Adjusted
     Only now, because false ones that are believed less no longer contradict the control of their photo.
     """
     network = by_confirmation(state.network)
+    if np.array_equal(network.images.group, state.network.images.group):
+        return state
     return replace(state, network=network, adjustment=adjust(network, _TESTS, dependence))
 
 

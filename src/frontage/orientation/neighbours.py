@@ -74,7 +74,7 @@ def _resected(scene: Scene, known: Views, waiting: set[int], tried: dict[int, in
 
 
 def _placed(scene: Scene, photo: Photo, seen: Sequence[Seen]) -> Photo | None:
-    """The photo with its pose; where its neighbours tell different places, control points decide.
+    """Returns the photo with its pose. Where its neighbours tell different places, control points decide.
 
     Neighbours that tell no place may have nothing but false matches, and have no say if others tell one.
     """

@@ -72,7 +72,7 @@ def _outvoted(state: AdjustedPhotos, k: int, photo: Photo, seed: int) -> Outvote
 
 
 def _standard_errors(gained: Float, place: Float) -> float:
-    """Returns the sum of differences (n,) in its standard errors; those in one template count as one."""
+    """Returns the sum of differences (n,) over its standard error; those in one template count as one."""
     template = np.unique(np.floor(place), axis=0, return_inverse=True)[1].ravel()
     each = np.bincount(template, gained)
     return float(each.sum() / max(np.linalg.norm(each), 1e-9))

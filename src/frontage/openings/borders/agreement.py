@@ -10,7 +10,6 @@ from frontage.geometry.ring import ring_contains
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, SHADED, Evidence
-from frontage.openings.wall.raster import WallRaster
 
 _SLACK = 3.0  # cells by which a measured border may lie off the border of cells without a check
 _AGAINST = 12.0  # nats that must speak against the strip between the two borders: the price of an opening
@@ -70,7 +69,7 @@ def is_head_open(outline: Outline, rough: Box, evidence: Evidence) -> bool:
     if outline.rise <= 0.0:
         return False
     x0, _, x1, z1 = rough
-    cells = _cells((x0, outline.place[3] - outline.rise, x1, z1), evidence.raster)
+    cells = evidence.raster.cells((x0, outline.place[3] - outline.rise, x1, z1))
     outside = ~ring_contains(outline.bare_ring, _middles(cells, evidence))
     solid, due = (float(m[cells].ravel()[outside].sum()) for m in (evidence.solid, evidence.expected))
     return due >= BEAMS_TO_DECIDE and solid < SHADED * due
@@ -83,20 +82,13 @@ def _against(side: int, rough: Box, outline: Outline, evidence: Evidence) -> boo
         return False
     strip = list(rough)
     strip[axis], strip[axis + 2] = sorted((at, rough[side]))
-    cells = _cells((strip[0], strip[1], strip[2], strip[3]), evidence.raster)
+    cells = evidence.raster.cells((strip[0], strip[1], strip[2], strip[3]))
     llr = evidence.llr[cells]
     outward = (at < rough[side]) == (side < 2)
     if outward and outline.shape == "circle":
         llr = llr.ravel()[ring_contains(outline.bare_ring, _middles(cells, evidence))]
     gain = float(llr.sum())
     return gain < -_AGAINST if outward else gain > _AGAINST
-
-
-def _cells(box: Box, raster: WallRaster) -> tuple[slice, slice]:
-    """Returns the rows and columns of the cells within a box."""
-    ends = np.array(box).reshape(2, 2) - raster.corner
-    (c0, r0), (c1, r1) = np.clip(np.round(ends / raster.cell), 0, None).astype(int).tolist()
-    return slice(r0, r1), slice(c0, c1)
 
 
 def _middles(cells: tuple[slice, slice], evidence: Evidence) -> Float:

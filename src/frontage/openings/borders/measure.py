@@ -15,13 +15,13 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.borders.shapes import Head, bare_ring, fan_of, find_head, strays
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
+from frontage.openings.wall.evidence import PER_CELL
 
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
 _SAME = 0.003  # m: the faces of one facade agree no better
 _WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: from diffraction to 2 mrad (1/e2)
 _ROOM = 1.0  # m behind the wall from which points lie in the room
-_PER_CELL = 2.0  # spacings that cells are wide: where fewer beams come, boxes are known no better
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
@@ -108,7 +108,7 @@ def _outline(
     frame = None if depth is None else depth.value
     loose = known is not None and _loose(known, beams.wall)
     search = partial(find_borders, near, frame=frame, spacing=spacing, traits=traits, loose=loose)
-    wide = max(cell, _PER_CELL * spacing) if known is None else cell
+    wide = max(cell, PER_CELL * spacing) if known is None else cell
     tries = [search(box, cell=c, rise=rise) for c in dict.fromkeys((cell, wide))]
     place, borders = max(tries, key=lambda t: sum(b.gain for b in t[1]))
     shape, spread = "rectangle", None

@@ -13,10 +13,10 @@ from frontage.model.scan import Scan
 from frontage.openings.boxes import Box
 from frontage.openings.closed.steps import ChannelMap
 from frontage.openings.wall.beams import Beams, sensor_positions
+from frontage.openings.wall.evidence import PER_CELL
 from frontage.openings.wall.raster import WallRaster
 
 _FINEST = 0.04  # m, least side of a cell: borders are known that well before they are measured
-_PER_CELL = 2.0  # spacings that a cell is wide
 _FLAT = 0.1  # m of depth that a line of sight must cover
 _DEEPEST = 0.08  # m: what lies deeper (frames behind grilles, rooms) counts as lying there
 _RELIEF = 0.04  # m that count as much as one step of brightness (a factor of e)
@@ -102,7 +102,7 @@ def scan_layer(surface: WallSamples, facade: Facade, scan: Scan) -> ChannelLayer
     if scan.rgb is not None:
         channels += _colours(scan.rgb[surface.index])
     values = np.column_stack(channels)
-    raster = WallRaster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
+    raster = WallRaster.over(facade, max(PER_CELL * facade.spacing, _FINEST))
 
     def near(place: Box) -> tuple[Float, Float]:
         some = surface.within(place)
@@ -117,7 +117,7 @@ def photo_layer(ortho: OrthoImage, facade: Facade) -> ChannelLayer | None:
     """Returns lightness and two differences of colour of the pixels that photos saw; None where none did."""
     if ortho.photos == 0:
         return None
-    means = _Means(WallRaster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST)), 3)
+    means = _Means(WallRaster.over(facade, max(PER_CELL * ortho.gsd, _FINEST)), 3)
     for first in range(0, ortho.size[1], _STRIP):
         means.add(*_pixels(ortho, slice(first, first + _STRIP), slice(None)))
     if not means.number.any():

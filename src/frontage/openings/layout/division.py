@@ -7,7 +7,7 @@ the evidence at the bars of all of them together decides for each.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import binom
@@ -19,7 +19,7 @@ from frontage.openings.layout.densities import Place
 from frontage.openings.layout.selection import PRICE, worth_of
 from frontage.openings.wall.evidence import Evidence
 
-_CELLS = 2.0  # cells that the borders of a place are known to
+_CELLS = 2.0  # cells by which the borders of a place may be off
 _CHANCE = 0.01  # that as many like places agree by chance, at most
 _BESIDE = 0.5  # share of the height of the higher one by which two places stand beside one another
 _ACROSS, _UPRIGHT = (0, 1, 2, 3), (1, 0, 3, 2)  # order of a box's numbers: side by side, above one another
@@ -40,10 +40,10 @@ class _Form:
 
 
 def divided_alike(places: Sequence[Place]) -> list[Place]:
-    """Returns the places with those that are alike divided alike, row by row.
+    """Returns the places row by row; those that are alike are all divided, or all of them are whole.
 
-    Two places with a bar between them are alike to one that is as wide as both together. The nats of all of
-    them, divided and whole, tell whether they are divided; what nearly all of them are must agree with that.
+    Two places with a bar between them are like one that is as wide as both together. The nats of all of them,
+    divided and whole, tell whether they are divided; what nearly all of them are must agree with that.
     """
     found = list(places)
     for order in (_ACROSS, _UPRIGHT):
@@ -54,15 +54,16 @@ def divided_alike(places: Sequence[Place]) -> list[Place]:
 def _along(places: list[Place], order: tuple[int, ...]) -> list[Place]:
     """Returns the places with bars across one axis divided alike, forms with the most places first."""
     settled, gone, added = set[int](), set[int](), list[Place]()
-    worth = [_place(p.box, _ACROSS, p.evidence).worth for p in places]
     for form in sorted(_forms(places, order), key=lambda f: -len(f.pairs) - len(f.whole)):
         pairs = [pair for pair in form.pairs if settled.isdisjoint(pair)]
         whole = [k for k in form.whole if k not in settled]
+        if not pairs or not whole:
+            continue
         joined = [_joined(places[a], places[b], order) for a, b in pairs]
         parts = [part for k in whole for part in _parted(places[k], form.bar, order)]
-        as_whole = sum(p.worth for p in joined) + sum(worth[k] for k in whole)
-        as_parts = sum(worth[k] for pair in pairs for k in pair) + sum(p.worth for p in parts)
-        if not pairs or not whole or not _is_told(as_whole - as_parts, len(whole), len(pairs)):
+        as_whole = sum(p.worth for p in joined) + sum(_worth(places[k]) for k in whole)
+        as_parts = sum(_worth(places[k]) for pair in pairs for k in pair) + sum(p.worth for p in parts)
+        if not _is_told(as_whole - as_parts, len(whole), len(pairs)):
             continue
         settled.update(whole, *pairs)
         gone.update(*(pairs if as_whole > as_parts else [whole]))
@@ -100,9 +101,10 @@ def _forms(places: Sequence[Place], order: tuple[int, ...]) -> list[_Form]:
 
 
 def _are_pairs(boxes: Float, near: Float) -> Bool:
-    """Returns whether box k (n, 4) lies right of box i (n, 4) with no more than a bar between them (n, n).
+    """Returns in row i and column k (n, n) whether box k lies right of box i with at most a bar between them.
 
-    They are beside one another by more than half of their heights; borders are known to `near` (n,) m.
+    Of the height of the higher one, more than half lies beside the other. The borders of the boxes (n, 4) may
+    be off by `near` (n,) m.
     """
     x0, z0, x1, z1 = boxes.T
     gap = x0 - x1[:, None]
@@ -122,7 +124,7 @@ def _apart(pairs: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
 
 
 def _joined(a: Place, b: Place, order: tuple[int, ...]) -> Place:
-    """Returns one place over two: as high as either of them, whichever tells of more open cells."""
+    """Returns the place that covers two; its foot and head are those of either one, as it is worth most."""
     one, other = (np.array(p.box)[list(order)].tolist() for p in (a, b))
     ends = [(low, high) for low in (one[1], other[1]) for high in (one[3], other[3])]
     trials = [_place((one[0], low, other[2], high), order, a.evidence) for low, high in ends]
@@ -139,8 +141,10 @@ def _parted(place: Place, bar: tuple[float, float], order: tuple[int, ...]) -> l
 def _place(numbers: Box, order: tuple[int, ...], evidence: Evidence) -> Place:
     """Returns the place of a box, whose numbers are ordered along an axis, with its worth."""
     x0, z0, x1, z1 = (numbers[k] for k in order)
-    raster = evidence.raster
-    ends = ((x0, z0, x1, z1)[k] - raster.corner[k % 2] for k in range(4))
-    c0, r0, c1, r1 = (max(round(end / raster.cell), 0) for end in ends)
-    nats = float(worth_of(evidence, (slice(r0, r1), slice(c0, c1))).sum())
-    return Place((x0, z0, x1, z1), nats - PRICE, evidence)
+    place = Place((x0, z0, x1, z1), 0.0, evidence)
+    return replace(place, worth=_worth(place))
+
+
+def _worth(place: Place) -> float:
+    """Returns the nats that a place is worth on the raster that it was found on."""
+    return float(worth_of(place.evidence, place.evidence.raster.cells(place.box)).sum()) - PRICE

@@ -28,18 +28,10 @@ class Likeness:
         self._totals = [summed(m) for m in (evidence.solid, evidence.expected)]
         taken = np.zeros(evidence.llr.shape)
         for box in openings:
-            r0, c0, r1, c1 = self.cells(box)
-            taken[r0:r1, c0:c1] = 1.0
+            taken[evidence.raster.cells(box)] = 1.0
         self._taken = summed(taken)
         self._known: dict[Box, tuple[Float, Float]] = {}
         self._wall = self._shares_of_wall(openings)
-
-    def cells(self, box: Box) -> tuple[int, int, int, int]:
-        """Returns the cells r0, c0, r1, c1 of a box m, as far as they lie on the raster."""
-        raster = self._evidence.raster
-        (cx, cz), (h, w) = raster.corner, raster.shape
-        c0, r0, c1, r1 = (round((v - o) / raster.cell) for v, o in zip(box, (cx, cz, cx, cz), strict=True))
-        return min(max(r0, 0), h), min(max(c0, 0), w), min(max(r1, 0), h), min(max(c1, 0), w)
 
     def nats(self, place: Box, fellows: Sequence[Box]) -> Float:
         """Returns the nats (3, 3) for one more of the `fellows` against wall, in each part of a place."""
@@ -69,8 +61,8 @@ class Likeness:
 
     def _sums(self, total: Float, box: Box) -> Float:
         """Returns the sums (3, 3) over the parts of a box of a map whose running totals are given."""
-        r0, c0, r1, c1 = self.cells(box)
-        rows, columns = (np.round(np.linspace(a, b, _PARTS + 1)).astype(int) for a, b in ((r0, r1), (c0, c1)))
+        cells = self._evidence.raster.cells(box)
+        rows, columns = (np.round(np.linspace(s.start, s.stop, _PARTS + 1)).astype(int) for s in cells)
         return np.asarray(np.diff(np.diff(total[np.ix_(rows, columns)], axis=0), axis=1), np.float64)
 
     def _shares_of_wall(self, openings: Sequence[Box]) -> tuple[float, float]:

@@ -22,7 +22,6 @@ BARS = 0.12
 
 _FINEST = 0.02  # m, least side of a cell
 COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
-_PER_CELL = 2.0  # spacings that a cell is wide: four beams on average
 # nats against open per hit: bars and frames level with the wall return 12 % of the beams into a window
 _HIT = np.log(0.97 / BARS)
 # nats for open per expected beam that did not come: the difference of the Poisson means, 0.97 - 0.12
@@ -38,6 +37,10 @@ _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LAYERS = 6  # layers of depth in which fittings lie
 _FILLED = 4  # layers that a surface seen edge on fills at least
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
+
+PER_CELL = 2.0
+"""Spacings that a cell is wide: four beams on average."""
+
 BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
 
@@ -92,7 +95,7 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None, scale: float
     missing, for rooms are scanned too. `inside` (h, w) are the cells within the facade's outline where they
     are known; cells are `scale` times as wide as the spacing of the points asks for.
     """
-    raster = WallRaster.over(facade, scale * min(max(_PER_CELL * facade.spacing, _FINEST), COARSEST))
+    raster = WallRaster.over(facade, scale * min(max(PER_CELL * facade.spacing, _FINEST), COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster) if inside is None else inside
     due = _expected_by_zone(beams, raster)

@@ -55,6 +55,12 @@ class WallRaster:
         x, z = self.corner
         return x + c0 * self.cell, z + r0 * self.cell, x + c1 * self.cell, z + r1 * self.cell
 
+    def cells(self, box: tuple[float, float, float, float]) -> tuple[slice, slice]:
+        """Returns the rows and columns of the cells within a box x0, z0, x1, z1 m, as far as they exist."""
+        ends = np.array(box).reshape(2, 2) - self.corner
+        (c0, r0), (c1, r1) = np.clip(np.round(ends / self.cell), 0, self.shape[::-1]).astype(int).tolist()
+        return slice(r0, r1), slice(c0, c1)
+
     def middles(self, which: Bool) -> Float:
         """Returns the middles (n, 2) x, z m of the cells that are set in `which` (h, w), row by row."""
         rows, columns = np.nonzero(which)
