@@ -18,6 +18,7 @@ from frontage.orientation.adjustment import (
 from frontage.orientation.control import ControlPoints
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
+from frontage.orientation.elsewhere import OtherPlaces
 from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.measuring import Search, measured_control
 from frontage.orientation.neighbours import placed_again
@@ -46,13 +47,14 @@ _CHECKED = 0.2  # of the control points that are left out for a check
 def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unoriented]) -> Orientation:
     """Adjusts placed photos and judges each; those that the scan contradicts are taken out."""
     left = list(unoriented)
+    others = OtherPlaces(scene.surface, scene.image_of)
     passes = list(_PASSES)
     while passes and len(placed.photos):
         search = passes.pop(0)
         state = _adjusted(scene, placed, search, last=not passes)
         left += _lost(placed, state)
         improved = state.improved
-        verdicts = _verdicts(scene, improved.photos)
+        verdicts = others.judged(improved.photos, _verdicts(scene, improved.photos), state.blocks)
         keep, refused = judged(state, verdicts, contrary(improved, scene.given), last=not passes)
         placed = improved.only(keep)
         if passes:

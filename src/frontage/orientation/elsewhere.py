@@ -1,0 +1,109 @@
+"""Does another part of the scan agree better with a photo, or with all photos of a block?
+
+Templates tell of the surroundings of a pose only. Where facades repeat themselves, or two walls are painted
+alike, a pose may be wrong by any distance and agree in a part of the picture beyond any chance. The photo is
+therefore drawn on the wall that it shows and compared with all walls of the scan, at all shifts. Where it
+fits better than at its pose, it is moved, and the scan is drawn once more: the place at which its templates
+are found with the smaller probability of a chance is the likelier one.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Int
+from frontage.model import Estimate, Photo
+from frontage.orientation.drawnwall import DrawnWall, Fit, Similarity, shown_part
+from frontage.orientation.place import FINE_M, distinct
+from frontage.orientation.reflectance.surface import ScannedSurface
+from frontage.orientation.reflectance.tones import ImageOf
+from frontage.orientation.verify import Verdict, evidence
+from frontage.orientation.wallpicture import scan_on_wall
+from frontage.orientation.walls import scan_walls
+from frontage.solve.abreast import each
+
+_TRIED = 2  # of the places where a photo fits better than at its pose
+_HERE_M = 1.0  # from where its pose puts it
+_SAME_SIZE = np.ones(1)
+
+
+@dataclass(frozen=True, eq=False)
+class OtherPlace:
+    """Where photos may have to be moved: the motion, its length m at the wall, and its log odds."""
+
+    motion: Similarity
+    away: float
+    odds: float
+
+
+class OtherPlaces:
+    """All walls of a scan, on which photos are looked for."""
+
+    def __init__(self, surface: ScannedSurface, image_of: ImageOf) -> None:
+        self._surface, self._image_of = surface, image_of
+        self._walls = scan_walls(surface.pieces)
+        self._charts = [scan_on_wall(surface, wall, FINE_M) for wall in self._walls]
+
+    def judged(self, photos: Sequence[Photo], verdicts: Sequence[Verdict], blocks: Int) -> list[Verdict]:
+        """Returns the verdicts (p,) with what other places tell; `blocks` (p,) numbers those of the photos.
+
+        A photo of which much is in view is judged by itself as well, others by their whole block.
+        """
+        found = list(each(lambda k: self._best(photos[k], verdicts[k]), range(len(photos))))
+        judged = list(verdicts)
+        for number in np.unique(blocks):
+            own: list[int] = np.flatnonzero(blocks == number).tolist()
+            together = self._of_block(photos, verdicts, own, found)
+            for k in own:
+                alone = found[k] if verdicts[k].decided or len(own) == 1 else None
+                best = max((p for p in (alone, together) if p), key=lambda p: p.odds, default=None)
+                if best is not None:
+                    judged[k] = replace(verdicts[k], odds=best.odds, away=best.away)
+        return judged
+
+    def _best(self, photo: Photo, verdict: Verdict) -> OtherPlace | None:
+        """The likeliest other place of a photo; None where none fits better."""
+        tried = [OtherPlace(m, away, self._odds(photo, verdict, m)) for m, away in self._motions(photo)]
+        return max(tried, key=lambda place: place.odds, default=None)
+
+    def _of_block(
+        self,
+        photos: Sequence[Photo],
+        verdicts: Sequence[Verdict],
+        own: Sequence[int],
+        found: Sequence[OtherPlace | None],
+    ) -> OtherPlace | None:
+        """The other place of a whole block which is the likeliest for one of its photos."""
+        likelier = [place for k in own if (place := found[k]) is not None and place.odds > 0.0]
+        best = max(likelier, key=lambda place: place.odds, default=None)
+        if best is None or len(own) == 1:
+            return None
+        return replace(best, odds=sum(self._odds(photos[k], verdicts[k], best.motion) for k in own))
+
+    def _odds(self, photo: Photo, verdict: Verdict, motion: Similarity) -> float:
+        """The log odds of a moved photo against the photo as it is."""
+        there = Estimate(motion.pose(photo.pose), np.zeros((6, 6)), 0.0)
+        moved = replace(photo, local_from_camera=there)
+        return evidence(moved, self._surface, self._image_of) - verdict.evidence
+
+    def _motions(self, photo: Photo) -> list[tuple[Similarity, float]]:
+        """Motions to the places where a photo fits better than at its pose, and their lengths, m."""
+        fits = sorted(self._fits(photo), key=lambda pair: -pair[0].gain)
+        own = max((fit.gain for fit, away in fits if away <= _HERE_M), default=0.0)
+        length = {id(fit): away for fit, away in fits}
+        better = distinct([fit for fit, away in fits if away > _HERE_M and fit.gain > own], _TRIED)
+        return [(replace(fit.similarity, scale=1.0), length[id(fit)]) for fit in better]
+
+    def _fits(self, photo: Photo) -> Iterator[tuple[Fit, float]]:
+        """The places of a photo on all walls of the scan, each with its distance from the pose, m."""
+        for wall in self._walls:
+            part = shown_part(photo, wall)
+            if part is None:
+                continue
+            x0, z0, x1, z1 = part.extent
+            middle = part.pose.apply(np.array([[0.5 * (x0 + x1), 0.0, 0.5 * (z0 + z1)]]))
+            drawn = DrawnWall(part, 1.0, [photo], self._image_of)
+            for number, host in enumerate(self._walls):
+                for fit in drawn.places(host, self._charts[number], FINE_M, _SAME_SIZE, number):
+                    yield fit, float(np.linalg.norm(fit.similarity.apply(middle) - middle))
