@@ -2,9 +2,9 @@
 
 Templates tell of the surroundings of a pose only. Where facades repeat themselves, or two walls are painted
 alike, a pose may be wrong by any distance and agree in a part of the picture beyond any chance. The photo is
-therefore drawn on the wall that it shows and compared with all walls of the scan, at all shifts. Where it
-fits better than at its pose, it is moved, and the scan is drawn once more: the place at which its templates
-are found with the smaller probability of a chance is the likelier one.
+therefore drawn on the wall that it shows and compared with all walls of the scan, at all shifts. It is moved
+to where it fits best, and the scan is drawn once more: the place at which templates are found as often as
+there with the smaller probability by chance is the likelier one.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,7 +23,8 @@ from frontage.orientation.wallpicture import scan_on_wall
 from frontage.orientation.walls import scan_walls
 from frontage.solve.abreast import each
 
-_TRIED = 2  # of the places where a photo fits better than at its pose
+_TRIED = 2  # places of a photo
+_LIKELY = 0.5  # gain of the picture of a wall at another place, relative to that at the pose, to be tried
 _HERE_M = 1.0  # from where its pose puts it
 _SAME_SIZE = np.ones(1)
 
@@ -63,7 +64,7 @@ class OtherPlaces:
         return judged
 
     def _best(self, photo: Photo, verdict: Verdict) -> OtherPlace | None:
-        """The likeliest other place of a photo; None where none fits better."""
+        """The likeliest other place of a photo; None where none fits nearly as well."""
         tried = [OtherPlace(m, away, self._odds(photo, verdict, m)) for m, away in self._motions(photo)]
         return max(tried, key=lambda place: place.odds, default=None)
 
@@ -88,12 +89,12 @@ class OtherPlaces:
         return evidence(moved, self._surface, self._image_of) - verdict.evidence
 
     def _motions(self, photo: Photo) -> list[tuple[Similarity, float]]:
-        """Motions to the places where a photo fits better than at its pose, and their lengths, m."""
-        fits = sorted(self._fits(photo), key=lambda pair: -pair[0].gain)
-        own = max((fit.gain for fit, away in fits if away <= _HERE_M), default=0.0)
-        length = {id(fit): away for fit, away in fits}
-        better = distinct([fit for fit, away in fits if away > _HERE_M and fit.gain > own], _TRIED)
-        return [(replace(fit.similarity, scale=1.0), length[id(fit)]) for fit in better]
+        """Motions to the best places where a photo fits nearly as well as at its pose; their lengths, m."""
+        length = dict(self._fits(photo))
+        own = max((fit.gain for fit, away in length.items() if away <= _HERE_M), default=0.0)
+        others = [fit for fit, away in length.items() if away > _HERE_M and fit.gain > _LIKELY * own]
+        best = distinct(sorted(others, key=lambda fit: -fit.gain), _TRIED)
+        return [(replace(fit.similarity, scale=1.0), length[fit]) for fit in best]
 
     def _fits(self, photo: Photo) -> Iterator[tuple[Fit, float]]:
         """The places of a photo on all walls of the scan, each with its distance from the pose, m."""

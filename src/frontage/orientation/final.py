@@ -47,14 +47,16 @@ _CHECKED = 0.2  # of the control points that are left out for a check
 def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unoriented]) -> Orientation:
     """Adjusts placed photos and judges each; those that the scan contradicts are taken out."""
     left = list(unoriented)
-    others = OtherPlaces(scene.surface, scene.image_of)
     passes = list(_PASSES)
     while passes and len(placed.photos):
         search = passes.pop(0)
         state = _adjusted(scene, placed, search, last=not passes)
         left += _lost(placed, state)
         improved = state.improved
-        verdicts = others.judged(improved.photos, _verdicts(scene, improved.photos), state.blocks)
+        verdicts = _verdicts(scene, improved.photos)
+        if not passes:
+            others = OtherPlaces(scene.surface, scene.image_of)
+            verdicts = others.judged(improved.photos, verdicts, state.blocks)
         keep, refused = judged(state, verdicts, contrary(improved, scene.given), last=not passes)
         placed = improved.only(keep)
         if passes:
