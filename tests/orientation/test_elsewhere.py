@@ -48,22 +48,28 @@ def verdicts(names, move, blocks):
 @pytest.mark.parametrize("name", PLACES)
 def test_no_other_place_contradicts_the_right_one(name):
     _, (verdict,) = verdicts([name], 0.0, [0])
-    assert not verdict.contradicted
+    assert not verdict.doubted
     assert verdict.confirmed or name == "below"
 
 
-def test_a_wrong_place_that_agrees_in_half_of_the_picture_is_contradicted():
+def test_a_wrong_place_that_agrees_in_half_of_the_picture_is_doubted():
     (nearby,), (verdict,) = verdicts(["whole"], OFF, [0])
     assert nearby.confirmed  # the surroundings of the pose do not tell
-    assert verdict.contradicted and not verdict.confirmed
+    assert verdict.doubted and not verdict.confirmed
     assert verdict.away == pytest.approx(OFF, abs=0.3) and verdict.distance == "14.0 m"
 
 
-def test_photos_of_a_block_are_contradicted_together():
+def test_photos_of_a_block_are_doubted_together():
     apart = verdicts(["below", "whole"], OFF, [0, 1])[1]
-    assert [verdict.contradicted for verdict in apart] == [False, True]
+    assert [verdict.doubted for verdict in apart] == [False, True]
     together = verdicts(["below", "whole"], OFF, [4, 4])[1]
-    assert [verdict.contradicted for verdict in together] == [True, True]
+    assert [verdict.doubted for verdict in together] == [True, True]
+
+
+def test_what_hardly_agrees_at_all_is_contradicted():
+    (nearby,), (verdict,) = verdicts(["whole"], 6.0, [0])
+    assert not nearby.confirmed
+    assert verdict.contradicted and verdict.away == pytest.approx(6.0, abs=0.3)
 
 
 def test_a_photo_that_shows_no_wall_has_no_other_place():

@@ -78,8 +78,8 @@ def test_control_that_is_found_anywhere_within_reach_supports_nothing():
 CONFIRMED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0)
 DOUBTED = Verdict(20, 3, 1.0, 300.0, 1.02, 0.4)
 CONTRADICTED = Verdict(20, 3, 1.0, 300.0, 1.6, 5.0)
-FAR_DOUBTED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0, odds=3.0, away=6.4)
-FAR_CONTRADICTED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0, odds=9.0, away=6.4)
+FAR_DOUBTED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0, far=1.0, away=6.4)
+FAR_CONTRADICTED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0, far=4.0, away=6.4)
 
 
 def test_what_may_be_chance_is_outweighed_by_ties_to_a_photo_without_doubt():

@@ -18,7 +18,7 @@ from frontage.orientation.drawnwall import DrawnWall, Fit, Similarity, shown_par
 from frontage.orientation.place import FINE_M, distinct
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
-from frontage.orientation.verify import Verdict, evidence
+from frontage.orientation.verify import Verdict, evidence, likelier
 from frontage.orientation.wallpicture import scan_on_wall
 from frontage.orientation.walls import scan_walls
 from frontage.solve.abreast import each
@@ -31,11 +31,22 @@ _SAME_SIZE = np.ones(1)
 
 @dataclass(frozen=True, eq=False)
 class OtherPlace:
-    """Where photos may have to be moved: the motion, its length m at the wall, and its log odds."""
+    """Where photos may have to be moved to.
+
+    motion   of the photos, in local metres
+    away     m, its length at the wall
+    there    evidence at that place, and `here` at their poses
+    """
 
     motion: Similarity
     away: float
-    odds: float
+    there: float
+    here: float
+
+    @property
+    def excess(self) -> float:
+        """How much likelier this place is, in standard errors."""
+        return likelier(self.there, self.here)
 
 
 class OtherPlaces:
@@ -58,15 +69,17 @@ class OtherPlaces:
             together = self._of_block(photos, verdicts, own, found)
             for k in own:
                 alone = found[k] if verdicts[k].decided or len(own) == 1 else None
-                best = max((p for p in (alone, together) if p), key=lambda p: p.odds, default=None)
+                best = _likeliest([place for place in (alone, together) if place is not None])
                 if best is not None:
-                    judged[k] = replace(verdicts[k], odds=best.odds, away=best.away)
+                    judged[k] = replace(verdicts[k], far=best.excess, away=best.away)
         return judged
 
     def _best(self, photo: Photo, verdict: Verdict) -> OtherPlace | None:
         """The likeliest other place of a photo; None where none fits nearly as well."""
-        tried = [OtherPlace(m, away, self._odds(photo, verdict, m)) for m, away in self._motions(photo)]
-        return max(tried, key=lambda place: place.odds, default=None)
+        here = verdict.evidence
+        return _likeliest(
+            [OtherPlace(m, away, self._moved(photo, m), here) for m, away in self._motions(photo)]
+        )
 
     def _of_block(
         self,
@@ -76,17 +89,16 @@ class OtherPlaces:
         found: Sequence[OtherPlace | None],
     ) -> OtherPlace | None:
         """The other place of a whole block which is the likeliest for one of its photos."""
-        likelier = [place for k in own if (place := found[k]) is not None and place.odds > 0.0]
-        best = max(likelier, key=lambda place: place.odds, default=None)
-        if best is None or len(own) == 1:
+        best = _likeliest([place for k in own if (place := found[k]) is not None])
+        if best is None or best.excess <= 0.0 or len(own) == 1:
             return None
-        return replace(best, odds=sum(self._odds(photos[k], verdicts[k], best.motion) for k in own))
+        there = sum(self._moved(photos[k], best.motion) for k in own)
+        return replace(best, there=there, here=sum(verdicts[k].evidence for k in own))
 
-    def _odds(self, photo: Photo, verdict: Verdict, motion: Similarity) -> float:
-        """The log odds of a moved photo against the photo as it is."""
+    def _moved(self, photo: Photo, motion: Similarity) -> float:
+        """The evidence for a moved photo."""
         there = Estimate(motion.pose(photo.pose), np.zeros((6, 6)), 0.0)
-        moved = replace(photo, local_from_camera=there)
-        return evidence(moved, self._surface, self._image_of) - verdict.evidence
+        return evidence(replace(photo, local_from_camera=there), self._surface, self._image_of)
 
     def _motions(self, photo: Photo) -> list[tuple[Similarity, float]]:
         """Motions to the best places where a photo fits nearly as well as at its pose; their lengths, m."""
@@ -108,3 +120,7 @@ class OtherPlaces:
             for number, host in enumerate(self._walls):
                 for fit in drawn.places(host, self._charts[number], FINE_M, _SAME_SIZE, number):
                     yield fit, float(np.linalg.norm(fit.similarity.apply(middle) - middle))
+
+
+def _likeliest(places: Sequence[OtherPlace]) -> OtherPlace | None:
+    return max(places, key=lambda place: place.excess, default=None)

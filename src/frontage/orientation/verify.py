@@ -31,13 +31,13 @@ _PIXEL_M = 0.06  # of the rendering: fine enough for window frames
 _REACH_M = 3.6  # how far off is looked for: one axis of windows, and more than most
 _RADIUS = round(_REACH_M / _PIXEL_M)  # px of the rendering
 _NEAR_PX = 3.0  # of the rendering: the peak of the sum lies there when the pose is right
+_SHARE = float(np.pi * _NEAR_PX**2 / (2 * _RADIUS + 1) ** 2)  # of the places of a template that are there
 _STEP = 24
 _GRID_M = 0.12  # between the places that are tried
 _SEEN = 0.4  # share of the templates that must be in view at a place
 _WALL_M = 0.5  # to the piece of surface that a template lies on
 _CHANCE = 1e-6  # probability of a chance result below which a pose is confirmed
 _RIVAL = 0.85  # agreement elsewhere, relative to that here, from which a pose is not confirmed
-_FAR_BETTER = math.log(1000.0)  # log odds of another place, which one of a thousand good poses may reach
 _FEWEST = 8  # templates, below which nothing can be said
 
 
@@ -51,7 +51,7 @@ class Verdict:
     shift        px of the photo, from the pose to the best agreement of all templates together
     rival        sum of correlation at the best place apart from it, relative to its own
     excess       how much better the templates agree there, in standard errors; negative if worse
-    odds         log odds of the best place anywhere else in the scan against this one; -inf if there is none
+    far          how much likelier the best place in all of the scan is, in standard errors; negative if less
     away         m, how far off that is
     """
 
@@ -61,7 +61,7 @@ class Verdict:
     shift: float
     rival: float
     excess: float
-    odds: float = -math.inf
+    far: float = -math.inf
     away: float = 0.0
 
     @property
@@ -77,23 +77,23 @@ class Verdict:
     @property
     def alone(self) -> bool:
         """Whether the scan agrees with the photo better here than far away, and clearly so nearby."""
-        return self.rival < _RIVAL and self.odds < 0.0
+        return self.rival < _RIVAL and self.far <= 0.0
 
     @property
     def doubted(self) -> bool:
         """Whether the scan agrees better elsewhere, be it by chance or not."""
-        return self.odds >= 0.0 or (self.decided and self.shift > 0.0)
+        return self.far > 0.0 or (self.decided and self.shift > 0.0)
 
     @property
     def contradicted(self) -> bool:
         """Whether the scan is found elsewhere, significantly better than where the pose puts it."""
         nearby = self.decided and self.shift > 0.0 and self.excess > CRITICAL
-        return nearby or self.odds > _FAR_BETTER
+        return nearby or self.far > CRITICAL
 
     @property
     def distance(self) -> str:
         """How far off the scan is found."""
-        return f"{self.away:.1f} m" if self.odds >= 0.0 else f"{self.shift:.0f} px"
+        return f"{self.away:.1f} m" if self.far > 0.0 else f"{self.shift:.0f} px"
 
     @property
     def evidence(self) -> float:
@@ -116,6 +116,15 @@ def evidence(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> float:
     """Returns minus the log probability that a photo agrees by chance as well with the scan at its pose."""
     _, _, at, surfaces = _compared(photo, surface, image_of)
     return _evidence(_agreeing(surfaces), len(at)) if len(at) else 0.0
+
+
+def likelier(there: float, here: float) -> float:
+    """Returns how much more evidence there is at one place than at another, in standard errors.
+
+    Every template that is found adds minus the log of its chance, and their number scatters as counts do.
+    """
+    error = math.sqrt(-math.log(_SHARE) * (there + here))
+    return (there - here) / error if error > 0.0 else 0.0
 
 
 def _compared(
@@ -144,7 +153,7 @@ def _evidence(agreeing: int, templates: int) -> float:
     """Minus the log probability that so many templates agree by chance; every second is independent."""
     independent = max(1, templates // 2)
     count = round(agreeing * independent / max(1, templates))
-    return -float(binom.logsf(count - 1, independent, np.pi * _NEAR_PX**2 / (2 * _RADIUS + 1) ** 2))
+    return -float(binom.logsf(count - 1, independent, _SHARE))
 
 
 def _elsewhere(
