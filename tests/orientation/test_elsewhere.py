@@ -1,5 +1,7 @@
 """A place that agrees in a part of the picture is refused where another part of the scan agrees better."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -38,11 +40,16 @@ def photo_of(name, move):
     return posed(Rigid3("local", "camera", pose.R, pose.t + np.array([move, 0.0, 0.0])), camera, name=name)
 
 
-def verdicts(names, move, blocks):
-    """What is said of moved photos, by the surroundings of their poses, and by all of the scan."""
+def verdicts(names, move, blocks, sigma=0.0):
+    """What is said of moved photos, by the surroundings of their poses, and by all of the scan.
+
+    The standard error `sigma` m of the moved poses is stated, if there is one.
+    """
     photos = [photo_of(name, move) for name in names]
+    known = np.diag([sigma**2] * 3 + [(0.1 * sigma) ** 2] * 3)
+    given = [replace(p, local_from_camera=replace(p.local_from_camera, covariance=known)) for p in photos]
     nearby = [verify(photo, SURFACE, PICTURES.__getitem__) for photo in photos]
-    return nearby, OtherPlaces(SURFACE, PICTURES.__getitem__).judged(photos, nearby, np.array(blocks))
+    return nearby, OtherPlaces(SURFACE, PICTURES.__getitem__).judged(photos, given, nearby, np.array(blocks))
 
 
 @pytest.mark.parametrize("name", PLACES)
@@ -57,6 +64,11 @@ def test_a_wrong_place_that_agrees_in_half_of_the_picture_is_doubted():
     assert nearby.confirmed  # the surroundings of the pose do not tell
     assert verdict.doubted and not verdict.confirmed
     assert verdict.away == pytest.approx(OFF, abs=0.3) and verdict.distance == "14.0 m"
+
+
+def test_a_place_that_contradicts_the_approximate_pose_does_not_count():
+    assert not verdicts(["whole"], OFF, [0], sigma=3.0)[1][0].doubted
+    assert verdicts(["whole"], OFF, [0], sigma=5.0)[1][0].doubted
 
 
 def test_photos_of_a_block_are_doubted_together():
@@ -75,4 +87,5 @@ def test_what_hardly_agrees_at_all_is_contradicted():
 def test_a_photo_that_shows_no_wall_has_no_other_place():
     away = posed(looking(7.0, -9.0, heading=180.0), WIDE, name="whole")
     nearby = [verify(away, SURFACE, PICTURES.__getitem__)]
-    assert OtherPlaces(SURFACE, PICTURES.__getitem__).judged([away], nearby, np.zeros(1, int)) == nearby
+    others = OtherPlaces(SURFACE, PICTURES.__getitem__)
+    assert others.judged([away], [away], nearby, np.zeros(1, int)) == nearby

@@ -16,6 +16,7 @@ from frontage.geometry.arrays import Int
 from frontage.model import Estimate, Photo
 from frontage.orientation.drawnwall import DrawnWall, Fit, Similarity, shown_part
 from frontage.orientation.place import FINE_M, distinct
+from frontage.orientation.placed import agrees_with_prior
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.verify import Verdict, evidence, likelier
@@ -57,12 +58,17 @@ class OtherPlaces:
         self._walls = scan_walls(surface.pieces)
         self._charts = [scan_on_wall(surface, wall, FINE_M) for wall in self._walls]
 
-    def judged(self, photos: Sequence[Photo], verdicts: Sequence[Verdict], blocks: Int) -> list[Verdict]:
-        """Returns the verdicts (p,) with what other places tell; `blocks` (p,) numbers those of the photos.
+    def judged(
+        self, photos: Sequence[Photo], given: Sequence[Photo], verdicts: Sequence[Verdict], blocks: Int
+    ) -> list[Verdict]:
+        """Returns the verdicts (p,) on photos with what other places tell.
+
+        given   (p,) with their approximate poses, if these are known: what contradicts them is no other place
+        blocks  (p,) numbers the blocks of the photos
 
         A photo of which much is in view is judged by itself as well, others by their whole block.
         """
-        found = list(each(lambda k: self._best(photos[k], verdicts[k]), range(len(photos))))
+        found = list(each(lambda k: self._best(photos[k], given[k], verdicts[k]), range(len(photos))))
         judged = list(verdicts)
         for number in np.unique(blocks):
             own: list[int] = np.flatnonzero(blocks == number).tolist()
@@ -74,12 +80,10 @@ class OtherPlaces:
                     judged[k] = replace(verdicts[k], far=best.excess, away=best.away)
         return judged
 
-    def _best(self, photo: Photo, verdict: Verdict) -> OtherPlace | None:
+    def _best(self, photo: Photo, given: Photo, verdict: Verdict) -> OtherPlace | None:
         """The likeliest other place of a photo; None where none fits nearly as well."""
-        here = verdict.evidence
-        return _likeliest(
-            [OtherPlace(m, away, self._moved(photo, m), here) for m, away in self._motions(photo)]
-        )
+        motions, here = self._motions(photo, given), verdict.evidence
+        return _likeliest([OtherPlace(m, away, self._moved(photo, m), here) for m, away in motions])
 
     def _of_block(
         self,
@@ -100,11 +104,17 @@ class OtherPlaces:
         there = Estimate(motion.pose(photo.pose), np.zeros((6, 6)), 0.0)
         return evidence(replace(photo, local_from_camera=there), self._surface, self._image_of)
 
-    def _motions(self, photo: Photo) -> list[tuple[Similarity, float]]:
+    def _motions(self, photo: Photo, given: Photo) -> list[tuple[Similarity, float]]:
         """Motions to the best places where a photo fits nearly as well as at its pose; their lengths, m."""
         length = dict(self._fits(photo))
         own = max((fit.gain for fit, away in length.items() if away <= _HERE_M), default=0.0)
-        others = [fit for fit, away in length.items() if away > _HERE_M and fit.gain > _LIKELY * own]
+        others = [
+            fit
+            for fit, away in length.items()
+            if away > _HERE_M
+            and fit.gain > _LIKELY * own
+            and agrees_with_prior(fit.similarity.pose(photo.pose), given)
+        ]
         best = distinct(sorted(others, key=lambda fit: -fit.gain), _TRIED)
         return [(replace(fit.similarity, scale=1.0), length[fit]) for fit in best]
 

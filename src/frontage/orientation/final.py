@@ -56,7 +56,8 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         verdicts = _verdicts(scene, improved.photos)
         if not passes:
             others = OtherPlaces(scene.surface, scene.image_of)
-            verdicts = others.judged(improved.photos, verdicts, state.blocks)
+            given = [scene.given[n] for n in improved.numbers]
+            verdicts = others.judged(improved.photos, given, verdicts, state.blocks)
         keep, refused = judged(state, verdicts, contrary(improved, scene.given), last=not passes)
         placed = improved.only(keep)
         if passes:
