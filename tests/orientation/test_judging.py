@@ -8,7 +8,7 @@ import pytest
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera, Estimate, Photo
 from frontage.orientation.adjusted import AdjustedPhotos
-from frontage.orientation.judging import judged
+from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.network import CONTROL, TIES, TiePoints
 from frontage.orientation.placed import Placed, contrary
 from frontage.orientation.verify import Verdict
@@ -78,6 +78,8 @@ def test_control_that_is_found_anywhere_within_reach_supports_nothing():
 CONFIRMED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0)
 DOUBTED = Verdict(20, 3, 1.0, 300.0, 1.02, 0.4)
 CONTRADICTED = Verdict(20, 3, 1.0, 300.0, 1.6, 5.0)
+FAR_DOUBTED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0, far=1.0, away=6.4)
+FAR_CONTRADICTED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0, far=4.0, away=6.4)
 
 
 def test_what_may_be_chance_is_outweighed_by_ties_to_a_photo_without_doubt():
@@ -97,6 +99,16 @@ def test_photos_without_doubt_pass_on_what_holds_a_doubtful_one():
 def test_what_is_not_chance_is_not_outweighed():
     keep, refused = judged(block([60, 60], [(0, 1)]), [CONFIRMED, CONTRADICTED], [False] * 2, last=False)
     assert keep.tolist() == [0] and refused[0].code == "O104"
+
+
+def test_another_part_of_the_scan_that_agrees_better_refuses_a_photo():
+    state = block([60, 60, 60], [(0, 1), (1, 2)])
+    verdicts = [CONFIRMED, FAR_DOUBTED, FAR_CONTRADICTED]
+    keep, refused = judged(state, verdicts, [False] * 3, last=True)
+    assert keep.tolist() == [0, 1]  # what may be chance is outweighed by ties
+    assert [in_one_word(state, k, verdict) for k, verdict in enumerate(verdicts[:2])] == ["confirmed", "tied"]
+    assert refused[0].code == "O104" and "6.4 m from where its pose puts it" in refused[0].reason
+    assert not judged(block([60], []), [FAR_DOUBTED], [False], last=True)[0].tolist()
 
 
 def test_a_doubtful_photo_needs_many_ties():

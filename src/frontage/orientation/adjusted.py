@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from frontage.geometry.arrays import Bool, Int
 from frontage.orientation.adjustment import Adjustment, Network
@@ -68,3 +70,15 @@ class AdjustedPhotos:
         """The photos on the body of a photo, itself among them."""
         body = self.network.photos.body
         return np.flatnonzero(body == body[photo])
+
+    @property
+    def blocks(self) -> Int:
+        """The number (p,) of the block of every photo, in which tie points and rigs connect all with all."""
+        photos, images, body = len(self.placed.photos), self.network.images, self.network.photos.body
+        ties = self.ties
+        # Photos, points and bodies are the nodes of one graph.
+        first = np.concatenate([images.photo[ties], np.arange(photos)])
+        second = np.concatenate([photos + images.point[ties], photos + len(self.network.points) + body])
+        size = photos + len(self.network.points) + int(body.max()) + 1
+        links = coo_array((np.ones(len(first)), (first, second)), shape=(size, size))
+        return np.asarray(connected_components(links, directed=False)[1][:photos], np.int64)

@@ -23,6 +23,8 @@ _MARGIN = 0.15  # of its extent, by which a block's wall is drawn beyond the poi
 _SQUARE = 0.5  # cosine between a ray and the wall's normal, above which a photo shows the wall well
 _MOST_PX = 1200  # of the longer side of a block's wall
 _PER_PAIR = 6  # places of a pair of walls
+_BEYOND_M = 3.0  # the end of a wall, where a photo may show more of it or of the next one
+_LEAST_SIDE_M = 2.0  # of the part of a wall that a photo shows
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +139,19 @@ def grown(wall: UprightWall, photos: Sequence[Photo]) -> UprightWall:
     shown = np.concatenate([[low, high], *(_shown(photo, wall) for photo in _squarest(photos, wall))])
     low = np.minimum(low - margin, np.maximum(shown.min(0), low - reach))
     high = np.maximum(high + margin, np.minimum(shown.max(0), high + reach))
+    return replace(wall, extent=(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+
+
+def shown_part(photo: Photo, wall: UprightWall) -> UprightWall | None:
+    """Returns the part of a wall, and of its plane just beyond it, that a photo shows; None if hardly any."""
+    shown = _shown(photo, wall)
+    if not len(shown) or not _squarest([photo], wall):
+        return None
+    x0, z0, x1, z1 = wall.extent
+    low = np.maximum(shown.min(0), np.array([x0, z0]) - _BEYOND_M)
+    high = np.minimum(shown.max(0), np.array([x1, z1]) + _BEYOND_M)
+    if (high - low).min() < _LEAST_SIDE_M:
+        return None
     return replace(wall, extent=(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
 
 

@@ -18,6 +18,7 @@ from frontage.orientation.adjustment import (
 from frontage.orientation.control import ControlPoints
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
+from frontage.orientation.elsewhere import OtherPlaces
 from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.measuring import Search, measured_control
 from frontage.orientation.neighbours import placed_again
@@ -53,6 +54,10 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         left += _lost(placed, state)
         improved = state.improved
         verdicts = _verdicts(scene, improved.photos)
+        if not passes:
+            others = OtherPlaces(scene.surface, scene.image_of)
+            given = [scene.given[n] for n in improved.numbers]
+            verdicts = others.judged(improved.photos, given, verdicts, state.blocks)
         keep, refused = judged(state, verdicts, contrary(improved, scene.given), last=not passes)
         placed = improved.only(keep)
         if passes:

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from frontage.geometry.arrays import Bool, Int
 from frontage.orientation.adjusted import AdjustedPhotos
@@ -37,7 +35,7 @@ def judged(
         control, ties = int(recognising[fellows].sum()), sum(len(state.ties_of(j)) for j in fellows)
         held = not last or not verdict.doubted or _ties_to(state, k, known) >= _FEWEST_TIES
         if verdict.contradicted or not held:
-            text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
+            text = f"the scan is found {verdict.distance} from where its pose puts it"
             refused.append(Unoriented(photo.id, "O104", text))
         elif contrary[k] and not sure[k]:
             text = "its pose contradicts the approximate one, and too few control points support it"
@@ -77,16 +75,8 @@ def _recognising(state: AdjustedPhotos) -> Int:
 
 
 def _sums_of_blocks(state: AdjustedPhotos, counts: Int) -> Int:
-    """The sum (p,) of counts (p,) over a photo, its rig, and all photos that tie points connect with it."""
-    photos, images = len(state.placed.photos), state.network.images
-    ties = state.ties
-    body = state.network.photos.body
-    # Photos, points and bodies are the nodes of one graph.
-    first = np.concatenate([images.photo[ties], np.arange(photos)])
-    second = np.concatenate([photos + images.point[ties], photos + len(state.network.points) + body])
-    size = photos + len(state.network.points) + int(body.max()) + 1
-    links = coo_array((np.ones(len(first)), (first, second)), shape=(size, size))
-    block = connected_components(links, directed=False)[1][:photos]
+    """The sum (p,) of counts (p,) over all photos of the block of every photo."""
+    block = state.blocks
     return np.asarray(np.bincount(block, counts)[block], np.int64)
 
 

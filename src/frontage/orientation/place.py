@@ -95,9 +95,20 @@ def possible_places(
             if len(sizes) and _may_meet(host, wall, start):
                 found += drawn.places(host, charts[k], pixel, sizes, k, prior)
     found.sort(key=lambda f: -f.gain)
-    fine = [_finer(fit, finer, _FINER * pixel, prior) for fit in _distinct(found, _FIRST)]
+    fine = [_finer(fit, finer, _FINER * pixel, prior) for fit in distinct(found, _FIRST)]
     placed = [PossiblePlace(_composed(f.similarity, start.similarity.R), f.gain, f.score) for f in fine if f]
-    return _distinct(sorted(placed, key=lambda p: -p.gain), _KEPT)
+    return distinct(sorted(placed, key=lambda p: -p.gain), _KEPT)
+
+
+def distinct(places: Sequence[P], most: int) -> list[P]:
+    """Returns the first places, at `most` so many, without those that repeat an earlier one."""
+    kept: list[P] = []
+    for place in places:
+        if len(kept) == most:
+            break
+        if all(_apart(place.similarity, other.similarity) for other in kept):
+            kept.append(place)
+    return kept
 
 
 def _finer(
@@ -169,17 +180,6 @@ def _log_prior(similarity: Similarity, start: Start, upright: Block) -> float:
     if off > 4.0 * start.sigma_shift + 0.5:
         return -np.inf
     return -0.5 * (off / start.sigma_shift) ** 2
-
-
-def _distinct(places: Sequence[P], most: int) -> list[P]:
-    """The first places without those that repeat an earlier one."""
-    kept: list[P] = []
-    for place in places:
-        if len(kept) == most:
-            break
-        if all(_apart(place.similarity, other.similarity) for other in kept):
-            kept.append(place)
-    return kept
 
 
 def _apart(a: Similarity, b: Similarity) -> bool:

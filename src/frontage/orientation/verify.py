@@ -1,6 +1,7 @@
-"""Does the scan, drawn again at the final pose, agree with the photo? And nowhere else nearby as well?
+"""Does the scan, drawn again at the final pose, agree with the photo? And nowhere else as well?
 
-Two tests per photo, after Meierhold et al. (2010) and against repeated windows:
+Two tests per photo, after Meierhold et al. (2010) and against repeated windows, besides that of places far
+away (`elsewhere`):
 
 - templates of the rendering must be found where the pose puts them more often than chance would: with a share
   `p` of the search window counting as "there", k of n hits have a binomial tail probability;
@@ -10,6 +11,7 @@ Two tests per photo, after Meierhold et al. (2010) and against repeated windows:
   elsewhere follows from the scatter of the differences from template to template.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +29,9 @@ from frontage.orientation.templates import correlation_surfaces
 
 _PIXEL_M = 0.06  # of the rendering: fine enough for window frames
 _REACH_M = 3.6  # how far off is looked for: one axis of windows, and more than most
+_RADIUS = round(_REACH_M / _PIXEL_M)  # px of the rendering
 _NEAR_PX = 3.0  # of the rendering: the peak of the sum lies there when the pose is right
+_SHARE = float(np.pi * _NEAR_PX**2 / (2 * _RADIUS + 1) ** 2)  # of the places of a template that are there
 _STEP = 24
 _GRID_M = 0.12  # between the places that are tried
 _SEEN = 0.4  # share of the templates that must be in view at a place
@@ -47,6 +51,8 @@ class Verdict:
     shift        px of the photo, from the pose to the best agreement of all templates together
     rival        sum of correlation at the best place apart from it, relative to its own
     excess       how much better the templates agree there, in standard errors; negative if worse
+    far          how much likelier the best place in all of the scan is, in standard errors; negative if less
+    away         m, how far off that is
     """
 
     templates: int
@@ -55,6 +61,8 @@ class Verdict:
     shift: float
     rival: float
     excess: float
+    far: float = -math.inf
+    away: float = 0.0
 
     @property
     def decided(self) -> bool:
@@ -68,43 +76,84 @@ class Verdict:
 
     @property
     def alone(self) -> bool:
-        """Whether the scan agrees with the photo clearly better here than anywhere nearby."""
-        return self.rival < _RIVAL
+        """Whether the scan agrees with the photo better here than far away, and clearly so nearby."""
+        return self.rival < _RIVAL and self.far <= 0.0
 
     @property
     def doubted(self) -> bool:
         """Whether the scan agrees better elsewhere, be it by chance or not."""
-        return self.decided and self.shift > 0.0
+        return self.far > 0.0 or (self.decided and self.shift > 0.0)
 
     @property
     def contradicted(self) -> bool:
         """Whether the scan is found elsewhere, significantly better than where the pose puts it."""
-        return self.doubted and self.excess > CRITICAL
+        nearby = self.decided and self.shift > 0.0 and self.excess > CRITICAL
+        return nearby or self.far > CRITICAL
+
+    @property
+    def distance(self) -> str:
+        """How far off the scan is found."""
+        return f"{self.away:.1f} m" if self.far > 0.0 else f"{self.shift:.0f} px"
+
+    @property
+    def evidence(self) -> float:
+        """Minus the log probability that as many templates are found by chance."""
+        return _evidence(self.agreeing, self.templates)
 
 
 def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
     """Compares a photo with the scan drawn at its pose."""
+    drawn, scale, at, surfaces = _compared(photo, surface, image_of)
+    if not len(at):
+        return Verdict(0, 0, 1.0, 0.0, 0.0, 0.0)
+    agreeing = _agreeing(surfaces)
+    chance = math.exp(-_evidence(agreeing, len(at)))
+    shift, rival, excess = _elsewhere(drawn, surface, at, surfaces)
+    return Verdict(len(at), agreeing, chance, shift * scale, rival, excess)
+
+
+def evidence(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> float:
+    """Returns minus the log probability that a photo agrees by chance as well with the scan at its pose."""
+    _, _, at, surfaces = _compared(photo, surface, image_of)
+    return _evidence(_agreeing(surfaces), len(at)) if len(at) else 0.0
+
+
+def likelier(there: float, here: float) -> float:
+    """Returns how much more evidence there is at one place than at another, in standard errors.
+
+    Every template that is found adds minus the log of its chance, and their number scatters as counts do.
+    """
+    error = math.sqrt(-math.log(_SHARE) * (there + here))
+    return (there - here) / error if error > 0.0 else 0.0
+
+
+def _compared(
+    photo: Photo, surface: ScannedSurface, image_of: ImageOf
+) -> tuple[Rendering, float, Int, Array]:
+    """The scan drawn at a pose, px of the photo per pixel, templates (n, 2) of it and their surfaces."""
     factor = max(1.0, pixel_factor(photo, surface, _PIXEL_M))
     drawn = render(photo, surface, factor)
     tone, scale = photo_tone(image_of(photo.id), factor)
-    radius = round(_REACH_M / _PIXEL_M)
     template, picture = (
-        padded(c, radius) for c in (rendering_channels(drawn, surface), oriented_gradients(tone))
+        padded(c, _RADIUS) for c in (rendering_channels(drawn, surface), oriented_gradients(tone))
     )
-    at, surfaces = correlation_surfaces(template, picture, radius, _STEP)
-    at = at - radius
+    at, surfaces = correlation_surfaces(template, picture, _RADIUS, _STEP)
+    at = at - _RADIUS
     solid = drawn.depth[at[:, 1], at[:, 0]] > 0
-    at, surfaces = at[solid], surfaces[solid]
-    if not len(at):
-        return Verdict(0, 0, 1.0, 0.0, 0.0, 0.0)
-    row, column = np.divmod(surfaces.reshape(len(at), -1).argmax(1), 2 * radius + 1)
-    agreeing = int((np.hypot(row - radius, column - radius) <= _NEAR_PX).sum())
-    share = np.pi * _NEAR_PX**2 / (2 * radius + 1) ** 2
-    # Templates overlap, so that only every second is independent.
-    independent = max(1, len(at) // 2)
-    chance = float(binom.sf(round(agreeing * independent / len(at)) - 1, independent, share))
-    shift, rival, excess = _elsewhere(drawn, surface, at, surfaces)
-    return Verdict(len(at), agreeing, chance, shift * float(scale.mean()), rival, excess)
+    return drawn, float(scale.mean()), at[solid], surfaces[solid]
+
+
+def _agreeing(surfaces: Array) -> int:
+    """How many templates are found where the pose puts them."""
+    row, column = np.divmod(surfaces.reshape(len(surfaces), -1).argmax(1), 2 * _RADIUS + 1)
+    return int((np.hypot(row - _RADIUS, column - _RADIUS) <= _NEAR_PX).sum())
+
+
+def _evidence(agreeing: int, templates: int) -> float:
+    """Minus the log probability that so many templates agree by chance; every second is independent."""
+    independent = max(1, templates // 2)
+    count = round(agreeing * independent / max(1, templates))
+    return -float(binom.logsf(count - 1, independent, _SHARE))
 
 
 def _elsewhere(
