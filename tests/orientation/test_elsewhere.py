@@ -7,9 +7,10 @@ import pytest
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera
-from frontage.orientation.elsewhere import OtherPlaces
+from frontage.orientation.drawnwall import Similarity
+from frontage.orientation.elsewhere import OtherPlace, OtherPlaces
 from frontage.orientation.reflectance.surface import scanned_surface
-from frontage.orientation.verify import verify
+from frontage.orientation.verify import Verdict, verify
 from orientation.paintedwalls import PIXEL, Wall, looking, paint, photograph, posed, scan_of
 
 OFF = 14.0  # m along the wall, after which its lower half is painted alike
@@ -89,3 +90,14 @@ def test_a_photo_that_shows_no_wall_has_no_other_place():
     nearby = [verify(away, SURFACE, PICTURES.__getitem__)]
     others = OtherPlaces(SURFACE, PICTURES.__getitem__)
     assert others.judged([away], [away], nearby, np.zeros(1, int)) == nearby
+
+
+def test_a_place_that_may_agree_by_chance_raises_no_doubt():
+    photo = photo_of("whole", OFF)
+    few = Verdict(templates=20, agreeing=1, chance=0.1, shift=0.0, rival=0.0, excess=0.0)
+    others = OtherPlaces(SURFACE, PICTURES.__getitem__)
+    chance = OtherPlace(Similarity(1.0, np.eye(3), np.zeros(3)), OFF, there=13.0, here=few.evidence)
+    others._best = lambda *_: chance
+    assert others.judged([photo], [photo], [few], np.zeros(1, int)) == [few]
+    others._best = lambda *_: replace(chance, there=15.0)
+    assert others.judged([photo], [photo], [few], np.zeros(1, int))[0].doubted

@@ -19,7 +19,7 @@ from frontage.orientation.place import FINE_M, distinct
 from frontage.orientation.placed import agrees_with_prior
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
-from frontage.orientation.verify import Verdict, evidence, likelier
+from frontage.orientation.verify import NO_CHANCE, Verdict, evidence, likelier
 from frontage.orientation.wallpicture import scan_on_wall
 from frontage.orientation.walls import scan_walls
 from frontage.solve.abreast import each
@@ -76,7 +76,7 @@ class OtherPlaces:
             for k in own:
                 alone = found[k] if verdicts[k].decided or len(own) == 1 else None
                 best = _likeliest([place for place in (alone, together) if place is not None])
-                if best is not None:
+                if best is not None and best.there > NO_CHANCE:  # else it may be chance that it fits there
                     judged[k] = replace(verdicts[k], far=best.excess, away=best.away)
         return judged
 
@@ -133,4 +133,5 @@ class OtherPlaces:
 
 
 def _likeliest(places: Sequence[OtherPlace]) -> OtherPlace | None:
+    """Returns the place that is likelier than its photos' own by most; None if there is no place."""
     return max(places, key=lambda place: place.excess, default=None)

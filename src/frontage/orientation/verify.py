@@ -40,6 +40,9 @@ _CHANCE = 1e-6  # probability of a chance result below which a pose is confirmed
 _RIVAL = 0.85  # agreement elsewhere, relative to that here, from which a pose is not confirmed
 _FEWEST = 8  # templates, below which nothing can be said
 
+NO_CHANCE = -math.log(_CHANCE)
+"""Evidence from which it is no chance that a scan agrees with a photo."""
+
 
 @dataclass(frozen=True)
 class Verdict:
