@@ -88,7 +88,7 @@ def _lies_behind(q: Float) -> bool:
 def _was_measured_through(
     outer: FacadeCandidate, covers: "_Covers", xyz: Float, sensors: Float, least: float
 ) -> bool:
-    """Decides whether more than `least` of the lines of sight to points (n, 3) m local pass the outer wall."""
+    """Decides whether more than `least` of the lines to points (n, 3) m local pass through the outer wall."""
     crosses, x, z = crossings(outer.wall, xyz, sensors)
     return bool((crosses & covers.hold(x, z)).mean() > least)
 

@@ -84,8 +84,10 @@ def _axis_of_cone(beams: Float) -> Float:
         b_ub=-up,
         bounds=[tilt, tilt, (None, None)],
     )
-    axis = np.array([*found.x[:2], 1.0]) if found.success else np.array([0.0, 0.0, 1.0])
-    return axis / np.linalg.norm(axis)
+    if found.x is None:
+        return np.array([0.0, 0.0, 1.0])
+    axis = np.array([*found.x[:2], 1.0], np.float64)
+    return np.asarray(axis / np.linalg.norm(axis), np.float64)
 
 
 def zones(fields: tuple[FieldOfView, ...], raster: WallRaster) -> Int:
