@@ -11,7 +11,12 @@ _N, _LOW, _HIGH = 80, 10.0, 12.0  # bins; m, eaves left and right of bin 40
 
 
 def _verdict(
-    empty: bool, cornice: float = 0.0, wings: bool = False, paint: float = 0.0, high: int = _N
+    empty: bool,
+    cornice: float = 0.0,
+    wings: bool = False,
+    paint: float = 0.0,
+    high: int = _N,
+    gaps: tuple[int, ...] = (),
 ) -> Verdict:
     """Judges a step of the eaves at bin 40.
 
@@ -20,10 +25,12 @@ def _verdict(
     wings    whether the right side is rougher and has its openings at other heights
     paint    Delta E, by which the right side has another colour
     high     bins of the right side that are higher than the left one
+    gaps     bins of the right side that are not
     """
     n, rows = _N, round(_HIGH / BIN_M)
     top = np.repeat([_LOW, _HIGH], n // 2)
     top[n // 2 + high :] = _LOW
+    top[n // 2 + np.array(gaps, int)] = _LOW
     relief = np.zeros((n, rows))
     low = round(_LOW / BIN_M)
     relief[:, low - 2 : low] = cornice
@@ -55,6 +62,11 @@ def test_a_step_of_the_eaves_separates_houses() -> None:
 def test_a_stair_house_that_is_narrower_than_a_house_is_none() -> None:
     assert _verdict(empty=True, high=20).cues == ("eaves",)
     assert not _verdict(empty=True, high=14).cues  # 3.5 of the 6 m beside the cut
+
+
+def test_dormers_over_eaves_that_go_on_are_no_house() -> None:
+    assert _verdict(empty=True, gaps=(7,)).cues == ("eaves",)
+    assert not _verdict(empty=True, gaps=(5, 6, 7, 13, 14, 15)).cues
 
 
 def test_a_house_that_continues_above_the_lower_side_has_no_step() -> None:

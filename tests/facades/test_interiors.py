@@ -139,6 +139,17 @@ def test_rooms_of_a_cloud_cut_out_without_ground_and_rays_are_no_facades(seed):
     assert max(shares) > 0.1  # there are rooms that could be taken for facades
 
 
+def test_what_panes_mirror_is_no_facade_though_it_is_larger_than_the_wall_of_windows():
+    """A ground floor of windows between narrow piers, and behind the panes the mirror image of a wall."""
+
+    def glazed(x, z):
+        pane = (np.abs((x + 1.25) % 2.5 - 1.25) > 0.15) & (z > 0.4) & (z < 4.1)
+        return (np.abs(x) < WIDTH / 2) & (z > 0) & (z < 4.5) & ~pane
+
+    mirrored = grid(np.random.default_rng(1), -6.6, 6.6, 0.6, 3.9, 1.7, 0.05)
+    assert depths(facades(glazed, mirrored, True)) == [0.0]
+
+
 @pytest.mark.parametrize("seed", [0, 3])
 def test_the_wall_of_an_arcade_stays_and_the_front_ends_at_its_ceiling(seed):
     rng = np.random.default_rng(seed)

@@ -18,6 +18,8 @@ from frontage.openings.wall.crossings import crossing_beams
 from frontage.openings.wall.evidence import weigh
 from fronts import EYE, WINDOW, box_of, scan_wall
 from opening_fakes import opening
+from openings.boxes import box, scanned
+from openings.joinery import holed
 
 
 def of_points(facade, scan, xyz, rays=True):
@@ -115,6 +117,20 @@ def test_an_empty_patch_in_a_shadow_is_no_window():
 def test_a_shallow_panel_is_no_window():
     facade, scan = scan_wall([(2.0, 1.0, 3.2, 1.4)], depth=0.035)
     assert found_in(facade, scan) == []
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_dusty_panes_are_no_wall_where_other_beams_pass_them(share):
+    """Weak echoes of panes lie some cm too near, right behind the wall; as many beams end in the room."""
+    windows, rng = [(1.0, 3.0, 2.4, 4.6), (4.0, 3.0, 5.4, 4.6)], np.random.default_rng(0)
+    wall = [box(0, 8, 0, 0.3, 0, 3.0), box(0, 8, 0, 0.3, 4.6, 9.0), box(0, 8, 0.9, 1.0, 2.5, 5.0)]
+    wall += holed(0, 8, 3.0, 4.6, 0, 0.3, windows)
+    number = int(share * 5000)
+    panes = [(rng.uniform(x0, x1, number), rng.uniform(z0, z1, number)) for x0, z0, x1, z1 in windows]
+    dust = [np.column_stack([x, rng.normal(0.022, 0.01, number), z]) for x, z in panes]
+    facade, scan = scanned(wall=wall, extra=np.vstack(dust))
+    found = [(*o.ring.min(0), *o.ring.max(0)) for o in find_openings(facade, scan).openings]
+    assert len(found) == 2 and np.abs(np.array(found) - windows).max() < 0.05
 
 
 def test_steps_lead_to_a_door():

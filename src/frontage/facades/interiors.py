@@ -36,7 +36,8 @@ def drop_interiors(
 
     With rays this is measured: lines of sight cross the larger facade, or its neighbours in the same plane,
     under and between its wall. A wall that is set back is seen over or beside the facade and stays, and so
-    does the wall of an arcade.
+    does the wall of an arcade. Panes mirror what stands before them, so that a wall of windows may show more
+    behind it than it has wall itself: a larger wall is dropped where it was seen through the facade wholly.
 
     Without rays the rules are:
 
@@ -49,8 +50,8 @@ def drop_interiors(
     kept = []
     for inner in candidates:
         rows = sample_rays(inner.wall.inliers, rng)
-        larger = (outer for outer in candidates if outer.cells.area > inner.cells.area)
-        if not any(_is_interior(outer, inner, rows, scene) for outer in larger):
+        others = (outer for outer in candidates if outer is not inner)
+        if not any(_is_interior(outer, inner, rows, scene) for outer in others):
             kept.append(inner)
     return kept
 
@@ -59,12 +60,13 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
     """Decides whether `inner`, with the points `rows` (n,) of the cloud, is an interior behind `outer`."""
     xyz = scene.cloud.xyz[rows]
     q = outer.wall.coordinates(xyz)
-    if not _lies_behind(q):
+    is_larger, has_rays = outer.cells.area > inner.cells.area, outer.side.told_by == "rays"
+    if not (is_larger or has_rays) or not _lies_behind(q):
         return False
     covers = _Covers.of(outer, scene)
-    if outer.side.told_by == "rays":
-        sensors = scene.sensors(rows)
-        through = _was_measured_through(outer, covers, xyz, sensors)
+    if has_rays:
+        sensors, least = scene.sensors(rows), _SEEN_THROUGH if is_larger else _WHOLLY
+        through = _was_measured_through(outer, covers, xyz, sensors, least)
         return through and not stands_in_arcade(outer, inner, xyz, sensors, scene)
     if _faces_the_same_way(outer, inner) and _is_covered_without_a_court(outer, q):
         return True
@@ -83,10 +85,12 @@ def _lies_behind(q: Float) -> bool:
     return bool((q[:, 1] > RELIEF_M).mean() >= _SEEN_THROUGH)
 
 
-def _was_measured_through(outer: FacadeCandidate, covers: "_Covers", xyz: Float, sensors: Float) -> bool:
-    """Decides whether most lines of sight to points (n, 3) m local pass through the outer wall."""
+def _was_measured_through(
+    outer: FacadeCandidate, covers: "_Covers", xyz: Float, sensors: Float, least: float
+) -> bool:
+    """Decides whether more than `least` of the lines to points (n, 3) m local pass through the outer wall."""
     crosses, x, z = crossings(outer.wall, xyz, sensors)
-    return bool((crosses & covers.hold(x, z)).mean() > _SEEN_THROUGH)
+    return bool((crosses & covers.hold(x, z)).mean() > least)
 
 
 def _faces_the_same_way(outer: FacadeCandidate, inner: FacadeCandidate) -> bool:

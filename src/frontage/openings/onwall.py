@@ -17,6 +17,7 @@ from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.flights import points_before, top_of_flight
 from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot
 from frontage.openings.kinds import in_reading_order, kind_of
+from frontage.openings.layout.columns import divided_by_columns
 from frontage.openings.layout.densities import find_at_densities, spacing_at
 from frontage.openings.layout.division import divided_alike
 from frontage.openings.layout.forms import is_known
@@ -68,7 +69,8 @@ def _measured(
 ) -> tuple[list[Outline], list[Found]]:
     """Finds the openings that the beams show: the best layout of rectangles, then their measured borders."""
     evidence = wall.evidence
-    places = divided_alike(find_at_densities(wall.rasters, options, wall.ground, wall.posts))
+    places = find_at_densities(wall.rasters, options, wall.ground, wall.posts)
+    places = divided_by_columns(divided_alike(places))
     rough = [p.box for p in places]
     spacing = spacing_at(rough, evidence, facade.spacing)
     cell = [max(p.evidence.raster.cell, s) for p, s in zip(places, spacing, strict=True)]

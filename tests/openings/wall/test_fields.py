@@ -13,16 +13,24 @@ NEAR, FAR = (4.0, -3.0, 1.6), (4.0, -9.0, 1.6)
 LIMIT = np.sin(np.radians(45.0))  # of the near station: 3 m above it right in front
 
 
-@pytest.fixture(scope="module")
-def front():
+UPRIGHT = np.array([0.0, 0.0, 1.0])
+
+
+def limited(axis):
+    """A wall without the beams of the near station that lie more than LIMIT above the plane across `axis`."""
     facade, scan = scanned(eyes=(NEAR, FAR))
     beam = scan.xyz - scan.origins[scan.origin_index]
-    too_high = (scan.origin_index == 0) & (beam[:, 2] > LIMIT * np.linalg.norm(beam, axis=1))
+    too_high = (scan.origin_index == 0) & (beam @ axis > LIMIT * np.linalg.norm(beam, axis=1))
     old = np.flatnonzero(~too_high)
     number = np.full(len(scan), -1)
     number[old] = np.arange(len(old))
     support, inliers = (k[k >= 0] for k in (number[facade.support], number[facade.inliers]))
     return type(facade)(**{**facade.__dict__, "support": support, "inliers": inliers}), scan.take(old)
+
+
+@pytest.fixture(scope="module")
+def front():
+    return limited(UPRIGHT)
 
 
 def test_a_field_of_view_ends_at_the_highest_beam_of_its_station(front):
@@ -33,6 +41,14 @@ def test_a_field_of_view_ends_at_the_highest_beam_of_its_station(front):
     found = zones((near, far), WallRaster((0.0, 0.0), 0.1, (90, 80)))
     assert (found[:44, 40] == 3).all() and (found[48:85, 40] == 2).all()
     assert (found[46, :20] == 3).all()  # the limit is a curve: it rises to both sides
+
+
+@pytest.mark.parametrize("degrees", [-0.8, -0.3, 0.3, 0.8])
+def test_a_tilted_station_looks_higher_to_one_side(degrees):
+    axis = np.array([np.sin(np.radians(degrees)), 0.0, np.cos(np.radians(degrees))])
+    near, _ = fields_of_view(*limited(axis))
+    assert np.degrees(np.arccos(near.up @ axis)) < 0.2
+    assert near.highest == pytest.approx(LIMIT, abs=0.003)
 
 
 def test_beams_due_fall_at_once_where_the_field_of_a_station_ends(front):

@@ -51,3 +51,18 @@ def test_a_recess_need_not_return_the_beams_that_are_not_due_there():
     expected = np.where(np.arange(len(evidence.expected))[:, None] < rows, evidence.expected, 0.0)
     depth = with_recesses(beams, replace(evidence, expected=expected), facade)
     assert depth is not None and depth.max() == pytest.approx(RECESS, abs=0.01)
+
+
+def test_a_window_beside_a_recess_stays_in_its_own_wall():
+    """A loggia of 3 x 7 m, and a window 0.3 m beside it, with a wall behind both."""
+    (x0, z0, x1, z1), (edge, low, high) = (3.2, 4.0, 4.7, 5.5), (5.0, 1.0, 8.0)
+    wall = [box(0.0, x0, 0.0, 0.5, 0.0, 9.0), box(x1, edge, 0.0, 0.5, 0.0, 9.0)]
+    wall += [box(x0, x1, 0.0, 0.5, 0.0, z0), box(x0, x1, 0.0, 0.5, z1, 9.0), box(x0, x1, 0.2, 0.3, z0, z1)]
+    wall += [box(edge, 8.0, 0.0, 0.5, 0.0, low), box(edge, 8.0, 0.0, 0.5, high, 9.0)]
+    facade, scan = scanned(wall=[*wall, box(edge, 8.0, 0.8, 1.5, low, high)])
+    beams = sort_beams(facade, scan)
+    depth = with_recesses(beams, weigh(facade, beams), facade)
+    assert depth is not None
+    beams = sort_beams(facade, scan, depth)
+    assert np.abs(beams.depth_at(np.linspace(x0, x1, 9), np.full(9, 4.7))).max() < 0.02
+    assert beams.depth_at(np.array([6.5]), np.array([4.7])) == pytest.approx(0.8, abs=0.02)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.wall.raster import WallRaster
+from frontage.openings.wall.surface import TILE, value_at, wall_depth
 from fronts import box_of, scan_wall
 from openings.boxes import box, scanned
 
@@ -28,6 +30,20 @@ def test_the_wall_has_the_depth_of_its_own_tiles_on_both_sides_of_a_step():
     beams = found.evidence.beams
     assert np.abs(beams.depth_at(x, np.full(5, STEP + 0.3))).max() < 0.02
     assert np.abs(beams.depth_at(x, np.full(5, STEP - 0.3)) - BACK).max() < 0.02
+
+
+def test_a_pier_of_a_set_back_ground_floor_is_wall_though_a_room_is_seen_behind_it():
+    """Beams through the windows beside a pier end behind it, in as many depths as the room is deep."""
+    rng = np.random.default_rng(0)
+    upper = rng.uniform((0.0, -0.005, STEP), (8.0, 0.005, 6.0), (20_000, 3))
+    room = rng.uniform((0.0, 0.3, 0.0), (8.0, 1.5, STEP), (40_000, 3))
+    lower = rng.uniform((0.0, BACK - 0.005, 0.0), (8.0, BACK + 0.005, STEP), (60_000, 3))
+    in_window = np.any([(lower[:, 0] > a) & (lower[:, 0] < b) for a, b in WINDOWS], axis=0)
+    raster = WallRaster((0.0, 0.0), TILE, (24, 32))
+    depth = wall_depth(np.vstack([upper, room, lower[~in_window]]), raster, 0.005)
+    x = np.array([0.15, 2.8, 5.3, 7.85])
+    assert np.abs(value_at(depth, raster, x, np.full(4, 2.6)) - BACK).max() < 0.02
+    assert np.abs(value_at(depth, raster, x, np.full(4, 3.6))).max() < 0.02
 
 
 @pytest.mark.parametrize("rays", [True, False])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+from frontage.buildings.split.channels import FLOOR
 from frontage.buildings.split.evidence import (
     NEAR_BINS,
     REACH_BINS,
@@ -15,6 +16,7 @@ from frontage.geometry.arrays import Float
 
 _UPRIGHT_SHARE = 0.75  # share of the height through which a step of the plane must run
 _KEPT = 2 / 3  # share of the higher side that must be higher
+_FEWEST_BETWEEN = 2  # bins at the level of the lower side between higher ones, from which its eaves go on
 _LEAST_STEP_M = 0.05  # m, of the plane at one height
 _CROWN_BINS = 12  # bins (3 m) below the eaves: cornice, frieze and the uppermost lintels
 _MOULDED_M = 0.04  # m, spread of the relief over these bins from which it tells something
@@ -57,14 +59,19 @@ def is_free_above(profile: FrontProfile, left: BinRange, right: BinRange) -> boo
 def is_step_kept(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
     """Decides whether the higher side stays higher as far as the narrowest house would reach.
 
-    A stair house or a chimney on a roof that is narrower is no neighbour.
+    A stair house or a chimney on a roof that is narrower is no neighbour. Nor are dormers: between them, the
+    eaves of the lower side go on.
     """
     parts = last_bins(left, REACH_BINS), first_bins(right, REACH_BINS)
     tops = _median_tops(profile, parts)
     if not np.isfinite(tops).all():
         return True
     top = profile.top[parts[int(np.argmax(tops))]]
-    return bool(np.mean(top[np.isfinite(top)] > np.mean(tops)) >= _KEPT)
+    top = top[np.isfinite(top)]
+    higher = np.flatnonzero(top > np.mean(tops))
+    between = top[higher[0] : higher[-1]]
+    goes_on = (np.abs(between - min(tops)) < FLOOR["eaves"]).sum() >= _FEWEST_BETWEEN
+    return bool(len(higher) >= _KEPT * len(top) and not goes_on)
 
 
 def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:

@@ -53,6 +53,12 @@ class _Sums:
         return np.asarray(enough & (self.wall >= WALL * self.expected))
 
     @property
+    def is_bare(self) -> Bool:
+        """Whether the wall does not show, be it that more beams came than expected: dusty panes return some."""
+        beams = np.maximum(self.expected, self.wall + self.deep)
+        return np.asarray(~self.is_wall | (self.wall < WALL * beams))
+
+    @property
     def is_hidden(self) -> Bool:
         """Whether something before the wall hides most of it."""
         return np.asarray(self.expected < _HIDDEN * self.free)
@@ -129,7 +135,7 @@ class Framing:
         boxes = boxes[ended]
         framed[framed] = ended
         rims, inside = self._rims(boxes, rim), self._sums(boxes)
-        bare = ~self._sums(boxes + np.array([1, 1, -1, -1])).is_wall
+        bare = self._sums(boxes + np.array([1, 1, -1, -1])).is_bare
         known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
         shown = inside.has_depth | (inside.is_visible & self._is_framed_all_round(boxes, inside, rims, rim))
         whole = bare & known & shown

@@ -56,6 +56,7 @@ def _recesses(evidence: Evidence) -> Int:
             part[part == number] = 0
     if not labels.any():
         return np.zeros(labels.shape, np.int64)
-    # up to the edges of columns and ledges, which the core leaves out
-    near = ndimage.grey_dilation(labels, (2 * core + 1, 2 * core + 1))
-    return np.where(open_, near, labels)
+    # up to the edges of columns and ledges, which the core leaves out, but not over a pier to a window beside
+    near = np.where(open_, ndimage.grey_dilation(labels, (2 * core + 1, 2 * core + 1)), labels)
+    parts, _ = ndimage.label(near)
+    return np.where(np.isin(parts, np.unique(parts[labels > 0])), near, 0)

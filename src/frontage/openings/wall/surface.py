@@ -107,18 +107,22 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
 
     The surroundings that determine a depth reach across a step. A tile that shows a wall further back within
     their reach (and no further than fittings are thick), and more of it than of all else, belongs to that
-    wall; one that shows no wall (panes, frames) does if the tiles to the left and right do.
+    wall; one that shows no wall (panes, frames) does if the tiles to the left and right do. What lies behind
+    does not count where a wall fills most of the tile, for rooms are seen aslant behind piers.
     """
     reach = int(3.0 * _KERNEL / TILE)
     # The wall further back is looked for below and beside: what leans back above a wall is a roof.
     around = (reach + 1, 2 * reach + 1)
     behind = ndimage.maximum_filter(wall, around, origin=(reach // 2, 0), mode="nearest")
-    held, shown = (
-        np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0).sum(2) for depth in (wall, behind)
+    on_wall, on_behind = (
+        np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0) for depth in (wall, behind)
     )
-    most, step = own.sum(2) / 2, (behind > wall + slack) & (behind <= wall + FITTING)
-    stepped = np.where(step & (shown > held) & (shown > most), behind, wall)
-    beside = _between(stepped, np.maximum(held, shown) > most)
+    held, shown, most = (area.sum(2) for area in (on_wall, on_behind, own / 2))
+    is_full = np.maximum(on_wall, on_behind).max(2) > _FINE**2 / 2
+    is_wall = (np.maximum(held, shown) > most) | is_full
+    step = (behind > wall + slack) & (behind <= wall + FITTING)
+    stepped = np.where(step & (shown > held) & is_wall, behind, wall)
+    beside = _between(stepped, is_wall)
     return np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
 
 
