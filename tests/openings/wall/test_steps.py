@@ -46,6 +46,21 @@ def test_a_pier_of_a_set_back_ground_floor_is_wall_though_a_room_is_seen_behind_
     assert np.abs(value_at(depth, raster, x, np.full(4, 3.6))).max() < 0.02
 
 
+@pytest.mark.parametrize("bay", [(3.0, 5.0), (2.0, 16.0)])
+def test_beside_a_bay_the_wall_has_its_own_depth_though_it_lies_behind_the_plane(bay):
+    rng = np.random.default_rng(0)
+    wall = rng.uniform((0.0, BACK - 0.005, 0.0), (18.0, BACK + 0.005, 6.0), (160_000, 3))
+    front = rng.uniform((bay[0], -0.655, 0.0), (bay[1], -0.645, 6.0), (int(1500 * (bay[1] - bay[0])) * 6, 3))
+    hidden = (wall[:, 0] > bay[0]) & (wall[:, 0] < bay[1])
+    raster = WallRaster((0.0, 0.0), TILE, (24, 72))
+    depth = wall_depth(np.vstack([wall[~hidden], front]), raster, 0.005)
+    left, middle, right = value_at(
+        depth, raster, np.array([bay[0] - 0.4, np.mean(bay), bay[1] + 0.4]), np.full(3, 3.0)
+    )
+    assert [left, right] == pytest.approx([BACK, BACK], abs=0.02)
+    assert middle == pytest.approx(-0.65, abs=0.02)
+
+
 @pytest.mark.parametrize("rays", [True, False])
 def test_a_gate_as_high_as_half_of_a_set_back_part_is_an_opening_down_to_the_ground(rays):
     gate = (3.0, 0.0, 6.2, 4.2)

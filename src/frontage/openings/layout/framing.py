@@ -16,6 +16,7 @@ _FEWEST = 5.0  # expected beams: fewer do not tell whether a rim is wall
 _DEEP = 0.3  # share of the expected beams that a small opening must send back from its depth
 _DEEP_LARGE = 0.05  # the same share for a large opening, which shows its frame and reveals at least
 _DEEP_FREE = 0.1  # the same share of the beams that would be expected if nothing stood before the wall
+_MASONRY = 0.8  # share of the expected beams that masonry returns at least
 _LARGE_M = 0.6  # least side of an opening that may send back less than a small one
 _VISIBLE = 0.5  # share of the beams expected without obstacles that must reach the wall of a visible opening
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
@@ -53,10 +54,10 @@ class _Sums:
         return np.asarray(enough & (self.wall >= WALL * self.expected))
 
     @property
-    def is_bare(self) -> Bool:
-        """Whether the wall does not show, be it that more beams came than expected: dusty panes return some."""
-        beams = np.maximum(self.expected, self.wall + self.deep)
-        return np.asarray(~self.is_wall | (self.wall < WALL * beams))
+    def is_passed(self) -> Bool:
+        """Whether most beams passed what ended some of them, as they pass dusty panes."""
+        most = self.wall < WALL * (self.wall + self.deep)
+        return np.asarray(most & (self.wall < _MASONRY * self.expected))
 
     @property
     def is_hidden(self) -> Bool:
@@ -115,13 +116,14 @@ class Framing:
 
         A rectangle without wall on one side is not an opening. The wall must show on both sides and above or
         below, except below near the ground; with known sensors, one side may be hidden by something before
-        the wall. One side may lie beyond the end of the facade, where a window goes round the corner or up to
-        the next wall in an inner corner, and wall must show above and below. Without known sensors, the
+        the wall. One side may lie beyond the end of the facade, where a window goes round the corner or up
+        to the next wall in an inner corner, and wall must show above and below. Without known sensors, the
         opening must then be empty, and no opening reaches up to the end of the facade: between pinnacles
-        there is sky. The rectangle itself must be free of wall and known in half of its cells, and beams must
-        come back from its depth. A visible rectangle may do with less depth (`_is_framed_all_round`), for
-        glass returns as little as a shadow does; but shadows are small, or run on past the rim. Without lines
-        of sight, masonry from side to side makes two openings of it.
+        there is sky. The rectangle itself must be free of wall, or passed by most beams with wall above and
+        below, and known in half of its cells, and beams must come back from its depth. A visible rectangle
+        may do with less depth (`_is_framed_all_round`), for glass returns as little as a shadow does; but
+        shadows are small, or run on past the rim. Without lines of sight, masonry from side to side makes
+        two openings of it.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
         framed, at_corner = self._is_beside_wall(boxes, rim)
@@ -135,7 +137,8 @@ class Framing:
         boxes = boxes[ended]
         framed[framed] = ended
         rims, inside = self._rims(boxes, rim), self._sums(boxes)
-        bare = self._sums(boxes + np.array([1, 1, -1, -1])).is_bare
+        core = self._sums(boxes + np.array([1, 1, -1, -1]))
+        bare = ~core.is_wall | (core.is_passed & self._ends(boxes, rims).all(0))
         known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
         shown = inside.has_depth | (inside.is_visible & self._is_framed_all_round(boxes, inside, rims, rim))
         whole = bare & known & shown

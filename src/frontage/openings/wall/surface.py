@@ -78,6 +78,10 @@ def _chosen(area: Array, y: Float, slack: float) -> Float:
     # surfaces before the plane rank by how far they stand out; those behind it come after all of them
     rank = np.where(y <= slack, np.abs(y), 10.0 + y)
     best = np.where(peak, rank, np.inf).argmin(2)
+    # a bay well before the plane and a wall right behind it: each tile belongs to what shows more
+    behind = np.where(peak & (y > slack) & (y <= FITTING), area, 0.0)
+    shown = np.take_along_axis(area, best[..., None], 2)[..., 0]
+    best = np.where((y[best] < -FITTING) & (behind.max(2) > shown), behind.argmax(2), best)
     empty = ~peak.any(2)
     if empty.all():
         return np.zeros(empty.shape)
