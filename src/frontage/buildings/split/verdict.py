@@ -13,6 +13,7 @@ from frontage.buildings.split.cues import compare_sides, cue_of
 from frontage.buildings.split.evidence import NEAR_BINS, SplitEvidence, spread_within
 
 _GAP_CUE = 9.0  # standard errors that an open gap counts as
+_LEAST_ODDS = float(np.log(9.0))  # of a cut that nothing tells alone: it must be 90 % sure
 _MOST_ODDS = 20.0  # log odds of a cut
 
 
@@ -36,7 +37,7 @@ def judge_cut(evidence: SplitEvidence, cuts: list[int], i: int) -> Verdict:
     if any(a <= cuts[i] <= b for a, b in evidence.gaps):
         cues["gap"], alone = _GAP_CUE, True
     odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
-    convincing = alone or (len(cues) >= 2 and odds > 0.0)
+    convincing = alone or (len(cues) >= 2 and odds > _LEAST_ODDS)
     return Verdict(tuple(sorted(cues)), convincing, float(np.clip(odds, -_MOST_ODDS, _MOST_ODDS)))
 
 

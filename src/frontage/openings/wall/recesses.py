@@ -46,17 +46,19 @@ def _recesses(evidence: Evidence) -> Int:
     cell = evidence.raster.cell
     open_ = evidence.is_open
     core = max(int(_CORE / cell), 2)
-    labels, _ = ndimage.label(opened(open_, (core, core)))
-    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+    cores, _ = ndimage.label(opened(open_, (core, core)))
+    labels = cores.copy()
+    for k, (rows, columns) in enumerate(ndimage.find_objects(cores), 1):
         high, wide = (rows.stop - rows.start) * cell, (columns.stop - columns.start) * cell
         part = labels[rows, columns]
         if MASONRY.exceeds_opening(wide, high):
-            part[ndimage.binary_fill_holes(part == number)] = number
+            part[ndimage.binary_fill_holes(part == k)] = k
         else:
-            part[part == number] = 0
+            part[part == k] = 0
     if not labels.any():
         return np.zeros(labels.shape, np.int64)
     # up to the edges of columns and ledges, which the core leaves out, but not over a pier to a window beside
     near = np.where(open_, ndimage.grey_dilation(labels, (2 * core + 1, 2 * core + 1)), labels)
-    parts, _ = ndimage.label(near)
-    return np.where(np.isin(parts, np.unique(parts[labels > 0])), near, 0)
+    parts, _ = ndimage.label(open_ | (labels > 0))
+    windows = np.setdiff1d(parts[(cores > 0) & (labels == 0)], parts[labels > 0])
+    return np.where(np.isin(parts, windows), 0, near)
