@@ -1,8 +1,10 @@
 """Which steps of the eaves separate houses."""
 
 import numpy as np
+import pytest
 
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+from frontage.buildings.split import verdict
 from frontage.buildings.split.channels import channels
 from frontage.buildings.split.evidence import SplitEvidence
 from frontage.buildings.split.verdict import Verdict, judge_cut
@@ -90,3 +92,10 @@ def test_houses_under_one_cornice_differ_in_paint_and_openings() -> None:
     found = _verdict(empty=False, cornice=0.4, wings=True, paint=30.0)
     assert {"surface", "rhythm"} == set(found.cues)
     assert found.convincing
+
+
+@pytest.mark.parametrize(("sigmas", "convincing"), [(3.3, False), (3.6, True)])
+def test_two_weak_cues_do_not_cut(sigmas: float, convincing: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    told = ({"rhythm": sigmas, "surface": sigmas}, False)
+    monkeypatch.setattr(verdict, "compare_sides", lambda *_: told)
+    assert _verdict(empty=True).convincing == convincing

@@ -30,7 +30,7 @@ def judge_cut(evidence: SplitEvidence, cuts: list[int], i: int) -> Verdict:
     """Judges cut i among its neighbours.
 
     An eaves step or a gap convinces alone. Any other cue needs a second one, and both together must make a
-    party wall likelier than not.
+    party wall 90 % sure.
     """
     left, right = evidence.sides(cuts, i)
     cues, alone = compare_sides(evidence, left, right, spread_within(evidence, cuts))
