@@ -31,7 +31,7 @@ def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = Tr
     whether the lines of sight are known: without them, rooms are as full of points as walls.
     """
     own, area, y, slack = _areas(xyz, raster, roughness)
-    wall = _without_recesses(_chosen(area, y, slack), own, y, slack)
+    wall = _without_recesses(_chosen(area, y, slack, rays), own, y, slack)
     if rays:
         wall = _stepped(wall, own, y, slack)
     return _refined(wall, xyz, raster, slack)
@@ -71,17 +71,21 @@ def _areas(xyz: Float, raster: WallRaster, roughness: float) -> tuple[Array, Arr
     return own, area, np.asarray(low + (np.arange(bins) + 0.5) * step, np.float64), 3.0 * step
 
 
-def _chosen(area: Array, y: Float, slack: float) -> Float:
-    """Returns the depth (h, w) m of the wall among the peaks of `area` (h, w, bins) at y (bins,) m."""
+def _chosen(area: Array, y: Float, slack: float, rays: bool) -> Float:
+    """Returns the depth (h, w) m of the wall among the peaks of `area` (h, w, bins) at y (bins,) m.
+
+    With known lines of sight, a tile beside a bay well before the plane belongs to the wall right behind the
+    plane where that shows more.
+    """
     peak = (area >= _PEAK * area.max(2, keepdims=True)) & (area > 0)
     peak[..., 1:-1] &= (area[..., 1:-1] >= area[..., :-2]) & (area[..., 1:-1] > area[..., 2:])
     # surfaces before the plane rank by how far they stand out; those behind it come after all of them
     rank = np.where(y <= slack, np.abs(y), 10.0 + y)
     best = np.where(peak, rank, np.inf).argmin(2)
-    # a bay well before the plane and a wall right behind it: each tile belongs to what shows more
-    behind = np.where(peak & (y > slack) & (y <= FITTING), area, 0.0)
-    shown = np.take_along_axis(area, best[..., None], 2)[..., 0]
-    best = np.where((y[best] < -FITTING) & (behind.max(2) > shown), behind.argmax(2), best)
+    if rays:
+        behind = np.where(peak & (y > slack) & (y <= FITTING), area, 0.0)
+        shown = np.take_along_axis(area, best[..., None], 2)[..., 0]
+        best = np.where((y[best] < -FITTING) & (behind.max(2) > shown), behind.argmax(2), best)
     empty = ~peak.any(2)
     if empty.all():
         return np.zeros(empty.shape)
