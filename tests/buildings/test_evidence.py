@@ -66,6 +66,10 @@ def test_a_stair_house_that_is_narrower_than_a_house_is_none() -> None:
     assert not _verdict(empty=True, high=14).cues  # 3.5 of the 6 m beside the cut
 
 
+def test_level_eaves_are_no_step() -> None:
+    assert not _verdict(empty=True, high=0).cues
+
+
 def test_dormers_over_eaves_that_go_on_are_no_house() -> None:
     assert _verdict(empty=True, gaps=(7,)).cues == ("eaves",)
     assert not _verdict(empty=True, gaps=(5, 6, 7, 13, 14, 15)).cues

@@ -69,6 +69,8 @@ def is_step_kept(profile: FrontProfile, left: BinRange, right: BinRange) -> bool
     top = profile.top[parts[int(np.argmax(tops))]]
     top = top[np.isfinite(top)]
     higher = np.flatnonzero(top > np.mean(tops))
+    if not len(higher):
+        return False
     between = top[higher[0] : higher[-1]]
     goes_on = (np.abs(between - min(tops)) < FLOOR["eaves"]).sum() >= _FEWEST_BETWEEN
     return bool(len(higher) >= _KEPT * len(top) and not goes_on)

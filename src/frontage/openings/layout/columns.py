@@ -15,7 +15,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float
 from frontage.openings.boxes import Box
 from frontage.openings.layout.densities import Place
-from frontage.openings.layout.selection import PRICE, worth_of
+from frontage.openings.layout.selection import worth_of
 
 _CELLS = 2.0  # cells by which the borders of a place may be off
 
@@ -44,7 +44,7 @@ def _parts(place: Place, boxes: Float) -> list[Place]:
     if np.log((len(best) + 0.5) / (across + 0.5)) <= nats:
         return []
     ends = [x0, *columns.ravel()[1:-1].tolist(), x1]
-    return [_with_box(place, (a, z0, b, z1)) for a, b in zip(ends[::2], ends[1::2], strict=True)]
+    return [Place.of((a, z0, b, z1), place.evidence) for a, b in zip(ends[::2], ends[1::2], strict=True)]
 
 
 def _rows_of_columns(boxes: Float, x0: float, x1: float, near: float) -> list[Float]:
@@ -80,9 +80,3 @@ def _inner(place: Place, pier: Box) -> tuple[slice, slice]:
     x0, z0, x1, z1 = pier
     side = min(cell / 2.0, (x1 - x0) / 4.0)
     return place.evidence.raster.cells((x0 + side, z0, x1 - side, z1))
-
-
-def _with_box(place: Place, box: Box) -> Place:
-    """Returns a place on the same raster with its worth."""
-    cells = place.evidence.raster.cells(box)
-    return Place(box, float(worth_of(place.evidence, cells).sum()) - PRICE, place.evidence)

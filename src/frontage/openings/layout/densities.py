@@ -14,6 +14,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.openings.boxes import Box
 from frontage.openings.layout.posts import Post
 from frontage.openings.layout.rasters import find_on_rasters, shared_areas
+from frontage.openings.layout.selection import PRICE, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import COARSEST, Evidence
 from frontage.openings.wall.raster import summed
@@ -34,6 +35,12 @@ class Place:
     box: Box
     worth: float
     evidence: Evidence
+
+    @classmethod
+    def of(cls, box: Box, evidence: Evidence) -> "Place":
+        """Returns the place of a box with what its cells are worth, less the price of an opening."""
+        worth = float(worth_of(evidence, evidence.raster.cells(box)).sum()) - PRICE
+        return cls(box, worth, evidence)
 
 
 def wider_cells(evidence: Evidence) -> list[float]:

@@ -7,7 +7,7 @@ the evidence at the bars of all of them together decides for each.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import binom
@@ -16,7 +16,6 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
 from frontage.openings.layout.densities import Place
-from frontage.openings.layout.selection import PRICE, worth_of
 from frontage.openings.wall.evidence import Evidence
 
 _CELLS = 2.0  # cells by which the borders of a place may be off
@@ -141,10 +140,9 @@ def _parted(place: Place, bar: tuple[float, float], order: tuple[int, ...]) -> l
 def _place(numbers: Box, order: tuple[int, ...], evidence: Evidence) -> Place:
     """Returns the place of a box, whose numbers are ordered along an axis, with its worth."""
     x0, z0, x1, z1 = (numbers[k] for k in order)
-    place = Place((x0, z0, x1, z1), 0.0, evidence)
-    return replace(place, worth=_worth(place))
+    return Place.of((x0, z0, x1, z1), evidence)
 
 
 def _worth(place: Place) -> float:
     """Returns the nats that a place is worth on the raster that it was found on."""
-    return float(worth_of(place.evidence, place.evidence.raster.cells(place.box)).sum()) - PRICE
+    return Place.of(place.box, place.evidence).worth
