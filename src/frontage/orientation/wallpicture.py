@@ -76,6 +76,7 @@ def _drawn(
     step = np.nanmedian(np.linalg.norm(np.diff(grid, axis=1), axis=2)[share[:, 1:] > 0])
     factor = max(1.0, float(step))
     tone, scale = photo_tone(image_of(photo.id), factor)
-    where = (grid / scale - 0.5).astype(np.float32)
+    with np.errstate(over="ignore"):  # of places far outside of the picture, whose share is nothing
+        where = (grid / scale - 0.5).astype(np.float32)
     drawn = cv2.remap(tone, where[..., 0], where[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return share, drawn
