@@ -3,8 +3,8 @@
 Templates tell of the surroundings of a pose only. Where facades repeat themselves, or two walls are painted
 alike, a pose may be wrong by any distance and agree in a part of the picture beyond any chance. The photo is
 therefore drawn on the wall that it shows and compared with all walls of the scan, at all shifts. It is moved
-to where it fits best, and the scan is drawn once more: the place at which templates are found as often as
-there with the smaller probability by chance is the likelier one.
+to where it fits best, and the scan is drawn once more. The likelier of both places is the one where chance
+would be less likely to find as many templates.
 """
 
 from collections.abc import Iterator, Sequence

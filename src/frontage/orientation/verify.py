@@ -85,13 +85,17 @@ class Verdict:
     @property
     def doubted(self) -> bool:
         """Whether the scan agrees better elsewhere, be it by chance or not."""
-        return self.far > 0.0 or (self.decided and self.shift > 0.0)
+        return self.far > 0.0 or self._is_better_nearby
 
     @property
     def contradicted(self) -> bool:
         """Whether the scan is found elsewhere, significantly better than where the pose puts it."""
-        nearby = self.decided and self.shift > 0.0 and self.excess > CRITICAL
-        return nearby or self.far > CRITICAL
+        return self.far > CRITICAL or (self._is_better_nearby and self.excess > CRITICAL)
+
+    @property
+    def _is_better_nearby(self) -> bool:
+        """Whether the templates together agree better at another place near the pose."""
+        return self.decided and self.shift > 0.0
 
     @property
     def distance(self) -> str:
@@ -100,7 +104,7 @@ class Verdict:
 
     @property
     def evidence(self) -> float:
-        """Minus the log probability that as many templates are found by chance."""
+        """Minus the log of the probability that as many templates are found by chance."""
         return _evidence(self.agreeing, self.templates)
 
 
@@ -116,7 +120,7 @@ def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
 
 
 def evidence(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> float:
-    """Returns minus the log probability that a photo agrees by chance as well with the scan at its pose."""
+    """Returns minus the log of the probability that a photo agrees by chance as well with the scan."""
     _, _, at, surfaces = _compared(photo, surface, image_of)
     return _evidence(_agreeing(surfaces), len(at)) if len(at) else 0.0
 

@@ -69,11 +69,10 @@ def is_step_kept(profile: FrontProfile, left: BinRange, right: BinRange) -> bool
     top = profile.top[parts[int(np.argmax(tops))]]
     top = top[np.isfinite(top)]
     higher = np.flatnonzero(top > np.mean(tops))
-    if not len(higher):
+    if len(higher) < _KEPT * len(top):
         return False
     between = top[higher[0] : higher[-1]]
-    goes_on = (np.abs(between - min(tops)) < FLOOR["eaves"]).sum() >= _FEWEST_BETWEEN
-    return bool(len(higher) >= _KEPT * len(top) and not goes_on)
+    return bool((np.abs(between - min(tops)) < FLOOR["eaves"]).sum() < _FEWEST_BETWEEN)
 
 
 def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:

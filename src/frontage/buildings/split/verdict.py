@@ -13,7 +13,7 @@ from frontage.buildings.split.cues import compare_sides, cue_of
 from frontage.buildings.split.evidence import NEAR_BINS, SplitEvidence, spread_within
 
 _GAP_CUE = 9.0  # standard errors that an open gap counts as
-_LEAST_ODDS = float(np.log(9.0))  # of a cut that nothing tells alone: it must be 90 % sure
+_LEAST_ODDS = float(np.log(9.0))  # log odds from which two cues together make a cut: 90 %
 _MOST_ODDS = 20.0  # log odds of a cut
 
 
@@ -30,7 +30,7 @@ def judge_cut(evidence: SplitEvidence, cuts: list[int], i: int) -> Verdict:
     """Judges cut i among its neighbours.
 
     An eaves step or a gap convinces alone. Any other cue needs a second one, and both together must make a
-    party wall 90 % sure.
+    party wall at least 90 % likely.
     """
     left, right = evidence.sides(cuts, i)
     cues, alone = compare_sides(evidence, left, right, spread_within(evidence, cuts))

@@ -1,8 +1,8 @@
-"""Openings of one column that are joined in a sparse row are parted where the rows above and below part them.
+"""Rectangles in which several windows of a sparse row are joined are parted at the piers of other rows.
 
-A pier between two windows returns few beams where a wall is scanned sparsely, fewer than the four borders are
-worth that it costs to tell two openings from one. Windows stand above one another, so that other rows know
-where the piers are. What they say competes with the beams at the piers:
+Where a wall is scanned sparsely, a pier between two windows returns few beams. They weigh less than the price
+of another opening, so that both windows come out as one. Windows stand above one another, and the rows above
+and below tell where the piers are. A rectangle is parted if these rows outweigh the beams at the piers:
 
     log of (rows with these piers + 1/2) / (rows with an opening across one of them + 1/2)  >  nats for open
 """
@@ -14,22 +14,20 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.openings.boxes import Box
-from frontage.openings.layout.densities import Place
+from frontage.openings.layout.densities import Place, row_by_row
 from frontage.openings.layout.selection import worth_of
-
-_CELLS = 2.0  # cells by which the borders of a place may be off
 
 
 def divided_by_columns(places: Sequence[Place]) -> list[Place]:
     """Returns the places row by row, parted where they cover several columns of other rows."""
     boxes = np.array([p.box for p in places]).reshape(-1, 4)
     parted = [_parts(place, boxes) or [place] for place in places]
-    return sorted((p for parts in parted for p in parts), key=lambda p: (p.box[1], p.box[0]))
+    return row_by_row([p for parts in parted for p in parts])
 
 
 def _parts(place: Place, boxes: Float) -> list[Place]:
     """Returns the places that a place consists of, none if it is one; `boxes` (n, 4) m are all boxes."""
-    near = _CELLS * place.evidence.raster.cell
+    near = place.slack
     x0, z0, x1, z1 = place.box
     others = boxes[(boxes[:, 3] <= z0 + near) | (boxes[:, 1] >= z1 - near)]
     rows = _rows_of_columns(others, x0, x1, near)

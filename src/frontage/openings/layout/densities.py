@@ -5,7 +5,7 @@ Cells that suit the middle hold no beam there, and openings fall apart into nois
 stands; wider cells, on which a beam comes back on average, add what finer ones do not show.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,11 +36,21 @@ class Place:
     worth: float
     evidence: Evidence
 
+    @property
+    def slack(self) -> float:
+        """How far (m) its borders may be off: two cells."""
+        return 2.0 * self.evidence.raster.cell
+
     @classmethod
     def of(cls, box: Box, evidence: Evidence) -> "Place":
         """Returns the place of a box with what its cells are worth, less the price of an opening."""
         worth = float(worth_of(evidence, evidence.raster.cells(box)).sum()) - PRICE
         return cls(box, worth, evidence)
+
+
+def row_by_row(places: Iterable[Place]) -> list[Place]:
+    """Returns the places in the order of their feet, and from left to right."""
+    return sorted(places, key=lambda p: (p.box[1], p.box[0]))
 
 
 def wider_cells(evidence: Evidence) -> list[float]:
@@ -85,7 +95,7 @@ def find_at_densities(
         if wider:
             free &= _cells_at(boxes, finest) > evidences[0].raster.cell / _HALF_STEP
         places += [Place(b, w, evidences[0]) for (b, w), ok in zip(found, free, strict=True) if ok]
-    return sorted(places, key=lambda p: (p.box[1], p.box[0]))
+    return row_by_row(places)
 
 
 def _cells_at(boxes: Float, evidence: Evidence) -> Float:

@@ -15,10 +15,9 @@ from scipy.stats import binom
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
-from frontage.openings.layout.densities import Place
+from frontage.openings.layout.densities import Place, row_by_row
 from frontage.openings.wall.evidence import Evidence
 
-_CELLS = 2.0  # cells by which the borders of a place may be off
 _CHANCE = 0.01  # that as many like places agree by chance, at most
 _BESIDE = 0.5  # share of the height of the higher one by which two places stand beside one another
 _ACROSS, _UPRIGHT = (0, 1, 2, 3), (1, 0, 3, 2)  # order of a box's numbers: side by side, above one another
@@ -47,7 +46,7 @@ def divided_alike(places: Sequence[Place]) -> list[Place]:
     found = list(places)
     for order in (_ACROSS, _UPRIGHT):
         found = _along(found, order)
-    return sorted(found, key=lambda p: (p.box[1], p.box[0]))
+    return row_by_row(found)
 
 
 def _along(places: list[Place], order: tuple[int, ...]) -> list[Place]:
@@ -83,7 +82,7 @@ def _is_told(nats: float, whole: int, divided: int) -> bool:
 def _forms(places: Sequence[Place], order: tuple[int, ...]) -> list[_Form]:
     """Returns the forms that are divided in some places and whole in others; heights do not matter."""
     boxes = np.array([p.box for p in places]).reshape(-1, 4)[:, order]
-    near = _CELLS * np.array([p.evidence.raster.cell for p in places])
+    near = np.array([p.slack for p in places])
     pairs = np.argwhere(_are_pairs(boxes, near))
     first, second = boxes[pairs.T]
     bar = np.column_stack([first[:, 2], second[:, 0]]) - first[:, :1]

@@ -55,7 +55,7 @@ class _Sums:
 
     @property
     def is_passed(self) -> Bool:
-        """Whether most beams passed what ended some of them, as they pass dusty panes."""
+        """Whether more beams went through than ended here, as at dusty panes, which stop some of them."""
         most = self.wall < WALL * (self.wall + self.deep)
         return np.asarray(most & (self.wall < _MASONRY * self.expected))
 

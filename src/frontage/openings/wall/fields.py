@@ -13,6 +13,7 @@ from frontage.openings.wall.raster import WallRaster
 _SHARE = 0.05  # share of a facade's beams that a station sends at least; of a vehicle, no place does
 _LENGTH = 1e-3  # m, least length of a beam
 _MOST_TILT = np.sin(np.radians(1.0))  # sine of a station's tilt, at most: tripods are levelled by eye
+_UPRIGHT = np.array([0.0, 0.0, 1.0])
 _SECTORS = 72  # of the horizon, in which the highest beam is looked for
 
 
@@ -56,9 +57,8 @@ def _upper_limit(scan: Scan, station: int) -> tuple[Float, float]:
     above = np.flatnonzero(own & (scan.xyz[:, 2] > scan.origins[station, 2]))
     beams = scan.xyz[above if len(above) else np.flatnonzero(own)] - scan.origins[station]
     length = np.maximum(np.sqrt(np.einsum("ij,ij->i", beams, beams)), _LENGTH)
-    upright = np.array([0.0, 0.0, 1.0])
     if not len(beams):
-        return upright, -1.0
+        return _UPRIGHT, -1.0
     sine = beams[:, 2] / length
     near = np.flatnonzero(sine >= sine.max() - 2.0 * _MOST_TILT)
     near = near[np.argsort(-sine[near], kind="stable")]
@@ -71,10 +71,10 @@ def _upper_limit(scan: Scan, station: int) -> tuple[Float, float]:
 def _axis_of_cone(beams: Float) -> Float:
     """Returns the axis (3,) of the cone that holds unit vectors (n, 3) with the least sum of distances.
 
-    It is upright where fewer than three tell nothing about a tilt.
+    The axis is upright if there are fewer than three vectors, which tell nothing about a tilt.
     """
     if len(beams) < 3:
-        return np.array([0.0, 0.0, 1.0])
+        return _UPRIGHT
     # beams @ (tilt, 1) <= sine of the cone
     across, up = beams[:, :2], beams[:, 2]
     tilt = (-_MOST_TILT, _MOST_TILT)
@@ -85,7 +85,7 @@ def _axis_of_cone(beams: Float) -> Float:
         bounds=[tilt, tilt, (None, None)],
     )
     if found.x is None:
-        return np.array([0.0, 0.0, 1.0])
+        return _UPRIGHT
     axis = np.array([*found.x[:2], 1.0], np.float64)
     return np.asarray(axis / np.linalg.norm(axis), np.float64)
 

@@ -122,12 +122,10 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     # The wall further back is looked for below and beside: what leans back above a wall is a roof.
     around = (reach + 1, 2 * reach + 1)
     behind = ndimage.maximum_filter(wall, around, origin=(reach // 2, 0), mode="nearest")
-    on_wall, on_behind = (
-        np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0) for depth in (wall, behind)
-    )
-    held, shown, most = (area.sum(2) for area in (on_wall, on_behind, own / 2))
-    is_full = np.maximum(on_wall, on_behind).max(2) > _FINE**2 / 2
-    is_wall = (np.maximum(held, shown) > most) | is_full
+    at_depth = (np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0) for depth in (wall, behind))
+    (held, held_most), (shown, shown_most) = ((area.sum(2), area.max(2)) for area in at_depth)
+    is_full = np.maximum(held_most, shown_most) > _FINE**2 / 2
+    is_wall = (np.maximum(held, shown) > own.sum(2) / 2) | is_full
     step = (behind > wall + slack) & (behind <= wall + FITTING)
     stepped = np.where(step & (shown > held) & is_wall, behind, wall)
     beside = _between(stepped, is_wall)
