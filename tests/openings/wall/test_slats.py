@@ -30,6 +30,22 @@ def test_a_louvre_is_one_opening(rays):
 
 
 @pytest.mark.parametrize("rays", [True, False])
+def test_what_sits_on_the_slats_leaves_one_opening(rays):
+    starts = SILL + 0.25 + 0.38 * np.arange(7)
+    wall = with_slats([(z, z + 0.14) for z in starts])
+    chips = zip(3.3 + 0.2 * np.arange(7), starts, strict=True)
+    wall += [box(3.6, 4.1, 0.0, 0.1, starts[5] + 0.13, starts[5] + 0.37)]
+    wall += [box(x, x + 0.12, 0.0, 0.1, z + 0.13, z + 0.18) for x, z in chips]
+    facade, scan = scanned(wall=wall, rays=rays, spacing=0.02)
+    found = find_openings(facade, scan)
+    assert isinstance(found, FoundOpenings)
+    (louvre,) = found.openings
+    assert (
+        np.abs([*louvre.ring.min(0), *louvre.ring.max(0)] - np.array([LEFT, SILL, RIGHT, HEAD])).max() < 0.03
+    )
+
+
+@pytest.mark.parametrize("rays", [True, False])
 def test_masonry_between_windows_is_no_slat(rays):
     bands = [(SILL + 0.7, SILL + 1.1), (SILL + 1.8, SILL + 2.2)]
     facade, scan = scanned(wall=with_slats(bands), rays=rays, spacing=0.02)

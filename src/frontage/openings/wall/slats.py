@@ -45,16 +45,41 @@ def find_slats(evidence: Evidence) -> tuple[Box, ...]:
     if thick < 2:  # cells are too large for slats
         return ()
     open_ = evidence.is_open & evidence.inside
-    bars = closed(open_, (thick + 1, 1)) & ~open_
-    labels, _ = ndimage.label(bars)
-    least = _NARROWEST / evidence.raster.cell
+    least = int(np.ceil(_NARROWEST / evidence.raster.cell))
+    labels, _ = ndimage.label(_bars(open_, thick, least))
     slats = []
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
-        full = float((labels[rows, columns] == number).mean())
-        if columns.stop - columns.start >= least and rows.stop - rows.start <= thick and full >= _FULL:
-            slats.append(_Slat(rows.start, rows.stop, columns.start, columns.stop))
+        slat = _slat(labels[rows, columns] == number, rows.start, columns.start)
+        if slat is not None and slat.c1 - slat.c0 >= least and slat.r1 - slat.r0 <= thick:
+            slats.append(slat)
     stacks = _stacks(sorted(slats, key=lambda s: (s.r0, s.c0)), open_)
     return tuple(evidence.raster.box(s.r0, s.c0, s.r1, s.c1) for stack in stacks for s in stack)
+
+
+def _bars(open_: Bool, thick: int, least: int) -> Bool:
+    """Returns the cells (h, w) of bars across openings that are at most `thick` cells high.
+
+    What sits on a bar, such as a pigeon, makes it higher for less than `least` cells.
+    """
+    bars = closed(open_, (thick + 1, 1)) & ~open_
+    occupied = closed(open_, (2 * thick + 1, 1)) & ~open_
+    return np.asarray(bars | (closed(bars, (1, least)) & occupied))
+
+
+def _slat(bar: Bool, row: int, column: int) -> _Slat | None:
+    """Returns the rectangle of a bar (h, w) of which the first cell has this row and column.
+
+    Rows and columns of which less than half belongs to the bar are its ragged edges. A bar is none of a
+    rectangle if it leaves much of it empty or lies outside of it with much of its area.
+    """
+    rows = np.flatnonzero(bar.sum(axis=1) >= 0.5 * bar.sum(axis=1).max())
+    columns = np.flatnonzero(bar[rows].mean(axis=0) >= 0.5)
+    if not len(columns):
+        return None
+    slat = _Slat(row + rows[0], row + rows[-1] + 1, column + columns[0], column + columns[-1] + 1)
+    own = bar[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    is_rectangle = own.mean() >= _FULL and own.sum() >= _FULL * bar.sum()
+    return slat if is_rectangle else None
 
 
 def _stacks(slats: Sequence[_Slat], open_: Bool) -> list[list[_Slat]]:
@@ -66,7 +91,7 @@ def _stacks(slats: Sequence[_Slat], open_: Bool) -> list[list[_Slat]]:
             stacks.append([slat])
         else:
             own.append(slat)
-    return [s for s in stacks if len(s) >= _FEWEST and _is_even(s)]
+    return [_continued(s, open_) for s in stacks if len(s) >= _FEWEST and _is_even(s)]
 
 
 def _is_next(lower: _Slat, upper: _Slat, open_: Bool) -> bool:
@@ -83,6 +108,31 @@ def _is_even(stack: Sequence[_Slat]) -> bool:
     """Returns whether slats follow one another at equal distances."""
     pitch = np.diff([s.middle for s in stack])
     return bool(np.abs(pitch - pitch.mean()).max() <= max(_EVEN * pitch.mean(), 1.0))
+
+
+def _continued(stack: list[_Slat], open_: Bool) -> list[_Slat]:
+    """Returns a stack with the slats that follow it at its pitch, where something hides a part of a gap."""
+    pitch = round((stack[-1].r0 - stack[0].r0) / (len(stack) - 1))
+    for step, end in ((pitch, -1), (-pitch, 0)):
+        while True:
+            last = stack[end]
+            slat = replace(last, r0=last.r0 + step, r1=last.r1 + step)
+            if not _is_between_gaps(slat, pitch, open_):
+                break
+            stack = [*stack, slat] if step > 0 else [slat, *stack]
+    return stack
+
+
+def _is_between_gaps(slat: _Slat, pitch: int, open_: Bool) -> bool:
+    """Returns whether a place (cells) is closed as a slat is, and most of it open above and below."""
+    gap = pitch - (slat.r1 - slat.r0)
+    if slat.r0 < gap or slat.r1 + gap > len(open_):
+        return False
+    own, below, above = (
+        float(open_[a:b, slat.c0 : slat.c1].mean())
+        for a, b in ((slat.r0, slat.r1), (slat.r0 - gap, slat.r0), (slat.r1, slat.r1 + gap))
+    )
+    return own <= 1.0 - _FULL and min(below, above) >= 0.5
 
 
 def with_slats(beams: Beams, slats: Sequence[Box]) -> Beams:
