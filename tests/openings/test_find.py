@@ -87,12 +87,12 @@ def test_neither_order_nor_handedness_changes_the_openings(rays):
     openings = [box_of(o) for o in find_openings(facade, scan).openings]
     order = np.random.default_rng(8).permutation(len(scan))
     shuffled = [box_of(o) for o in find_openings(facade, scan.take(order)).openings]
-    assert np.abs(np.subtract(openings, shuffled)).max() < 1e-9
+    assert np.abs(np.subtract(openings, shuffled)).max() < 1e-6
     side = np.array([-1.0, 1.0, 1.0])
     mirror = replace(scan, xyz=scan.xyz * side, origins=scan.origins * side)
     other = find_openings(replace(facade, outline=facade.outline[::-1] * side[:2]), mirror).openings
     mirrored = [box_of(o)[[2, 1, 0, 3]] * [-1, 1, -1, 1] for o in other]
-    assert np.abs(np.sort(openings, axis=0) - np.sort(mirrored, axis=0)).max() < 1e-3
+    assert np.abs(np.sort(openings, axis=0) - np.sort(mirrored, axis=0)).max() < 1e-6
 
 
 def test_sigmas_are_honest():

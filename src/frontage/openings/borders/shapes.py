@@ -40,7 +40,7 @@ class Fan:
     def part(self, keep: Bool) -> "Fan":
         """Returns those that `keep` (n,) names, thinned to what a head needs."""
         k = np.flatnonzero(keep)
-        k = k[drawn(np.column_stack([self.x[k], self.z[k]]), _MOST)]
+        k = k[drawn(np.column_stack([np.abs(self.x[k]), self.z[k]]), _MOST)]  # the same when mirrored
         return Fan(self.x[k], self.z[k], self.solid[k], self.missing * len(k) / max(int(keep.sum()), 1))
 
 

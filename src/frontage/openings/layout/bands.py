@@ -139,9 +139,13 @@ def _evened(values: Float) -> Float:
 
 
 def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
-    """Yields the rows and columns of tall and narrow pieces of the cells (h, w) that a plane fills."""
+    """Yields the rows and columns of tall and narrow pieces of the cells (h, w) that a plane fills.
+
+    They come from below, of those that begin in the same row the widest first.
+    """
     tall = opened(full, (max(int(_TALL / cell), 2), 1))
-    for rows, columns in ndimage.find_objects(ndimage.label(tall)[0]):
+    pieces = ndimage.find_objects(ndimage.label(tall)[0])
+    for rows, columns in sorted(pieces, key=lambda p: (p[0].start, p[1].start - p[1].stop)):
         if MASONRY.half_brick - cell <= (columns.stop - columns.start) * cell <= _WIDE:
             yield rows, columns
 
@@ -173,12 +177,12 @@ def _post(
     A post runs from a sill, or a rail of the frames beside it, to a lintel. Returns None if it is not one.
     """
     (rows, columns), cell, z = part, evidence.raster.cell, evidence.raster.corner[1]
-    middle = (columns.start + columns.stop) // 2
+    middle = slice((columns.start + columns.stop - 1) // 2, (columns.start + columns.stop) // 2 + 1)
     below = slice(max(rows.start - int((_GAP + _STEEP * plane.depth) / cell) - 1, 0), rows.start)
-    above = wall[rows.stop : rows.stop + int(_GAP / cell) + 2, middle]
-    due, free = (m[below, middle][::-1] for m in (evidence.expected, evidence.expected_free))
+    above = wall[rows.stop : rows.stop + int(_GAP / cell) + 2, middle].any(1)
+    due, free = (m[below, middle][::-1].sum(1) for m in (evidence.expected, evidence.expected_free))
     hidden = due < _HIDDEN * free
-    sill = wall[below, middle][::-1] & ~hidden
+    sill = wall[below, middle][::-1].any(1) & ~hidden
     veiled = due.sum() < _HIDDEN * free.sum()
     low = z + rows.start * cell < ground + MASONRY.threshold
     piece = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)

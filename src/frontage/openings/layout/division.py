@@ -6,7 +6,7 @@ opening by itself, so that equal windows come out as one here and as two there. 
 the evidence at the bars of all of them together decides for each.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +29,7 @@ class _Form:
 
     pairs  numbers of the two places on both sides of a bar
     whole  numbers of the places as wide as both of a pair
-    bar    m from the left border, where the bar begins and ends
+    bar    m from the middle, where the bar begins and ends
     """
 
     pairs: list[tuple[int, int]]
@@ -80,21 +80,27 @@ def _is_told(nats: float, whole: int, divided: int) -> bool:
 
 
 def _forms(places: Sequence[Place], order: tuple[int, ...]) -> list[_Form]:
-    """Returns the forms that are divided in some places and whole in others; heights do not matter."""
+    """Returns the forms that are divided in some places and whole in others; heights do not matter.
+
+    The form that most pairs have comes first, and takes them.
+    """
     boxes = np.array([p.box for p in places]).reshape(-1, 4)[:, order]
     near = np.array([p.slack for p in places])
     pairs = np.argwhere(_are_pairs(boxes, near))
     first, second = boxes[pairs.T]
-    bar = np.column_stack([first[:, 2], second[:, 0]]) - first[:, :1]
-    shape = np.column_stack([second[:, 2] - first[:, 0], bar.mean(1)])  # width, and middle of the bar
+    width, middle = second[:, 2] - first[:, 0], (second[:, 2] + first[:, 0]) / 2.0
+    bar = np.column_stack([first[:, 2], second[:, 0]]) - middle[:, None]
+    shape, slack = np.column_stack([width, bar.mean(1)]), near[pairs].max(1)
+    alike = np.abs(shape[:, None] - shape).max(2) <= np.maximum(slack, slack[:, None])
     found, left = list[_Form](), np.ones(len(pairs), np.bool_)
-    for n, k in enumerate(pairs[:, 0].tolist()):
-        own = left & (np.abs(shape - shape[n]).max(1) <= near[k])
-        whole = np.flatnonzero(np.abs(np.ptp(boxes[:, ::2], axis=1) - shape[n, 0]) <= near[k])
+    for n in np.lexsort((-width, -alike.sum(1))).tolist():
+        own = left & alike[n]
+        whole = np.flatnonzero(np.abs(np.ptp(boxes[:, ::2], axis=1) - width[n]) <= slack[n])
         if left[n] and len(whole):
             begin, end = np.median(bar[own], axis=0).tolist()
             found.append(_Form(_apart(pairs[own].tolist()), whole.tolist(), (begin, end)))
-        left &= ~own
+        if left[n]:
+            left &= ~own
     return found
 
 
@@ -104,6 +110,7 @@ def _are_pairs(boxes: Float, near: Float) -> Bool:
     Of the height of the higher one, more than half lies beside the other. The borders of the boxes (n, 4) may
     be off by `near` (n,) m.
     """
+    near = np.maximum(near, near[:, None])
     x0, z0, x1, z1 = boxes.T
     gap = x0 - x1[:, None]
     both = np.minimum(z1, z1[:, None]) - np.maximum(z0, z0[:, None])
@@ -112,11 +119,16 @@ def _are_pairs(boxes: Float, near: Float) -> Bool:
 
 
 def _apart(pairs: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
-    """Returns pairs that have no place in common."""
-    found, taken = list[tuple[int, int]](), set[int]()
+    """Returns pairs that have no place in common: of a row of places, those that both of its ends tell."""
+    return sorted(_taken(pairs) & _taken(pairs[::-1]))
+
+
+def _taken(pairs: Iterable[Sequence[int]]) -> set[tuple[int, int]]:
+    """Returns pairs that have no place in common, the first ones first."""
+    found, taken = set[tuple[int, int]](), set[int]()
     for a, b in pairs:
         if taken.isdisjoint((a, b)):
-            found.append((a, b))
+            found.add((a, b))
             taken.update((a, b))
     return found
 
@@ -125,14 +137,16 @@ def _joined(a: Place, b: Place, order: tuple[int, ...]) -> Place:
     """Returns the place that covers two; its foot and head are those of either one, as it is worth most."""
     one, other = (np.array(p.box)[list(order)].tolist() for p in (a, b))
     ends = [(low, high) for low in (one[1], other[1]) for high in (one[3], other[3])]
-    trials = [_place((one[0], low, other[2], high), order, a.evidence) for low, high in ends]
-    return max(trials, key=lambda p: p.worth)
+    finer = min(a.evidence, b.evidence, key=lambda e: e.raster.cell)
+    trials = [_place((one[0], low, other[2], high), order, finer) for low, high in ends]
+    return max(trials, key=lambda p: (p.worth, p.box[3] - p.box[1]))  # of equal ones the highest
 
 
 def _parted(place: Place, bar: tuple[float, float], order: tuple[int, ...]) -> list[Place]:
     """Returns the two places on both sides of the bar."""
     x0, z0, x1, z1 = np.array(place.box)[list(order)].tolist()
-    boxes = [(x0, z0, x0 + bar[0], z1), (x0 + bar[1], z0, x1, z1)]
+    middle = (x0 + x1) / 2.0
+    boxes = [(x0, z0, middle + bar[0], z1), (middle + bar[1], z0, x1, z1)]
     return [_place(box, order, place.evidence) for box in boxes]
 
 

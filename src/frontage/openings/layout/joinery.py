@@ -110,10 +110,14 @@ def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[f
     )
     if due <= 0.0:
         return None
-    around, step = (x0 - slack, z0 + shy, x1 + slack, z1 - shy), 1.0 / np.sqrt(due)
-    number = int((x1 - x0 + 2.0 * slack) / step) + 1
+    step = 1.0 / np.sqrt(due)
+    number = (
+        2 * int(np.ceil((x1 - x0 + 2.0 * slack) / (2.0 * step))) + 1
+    )  # odd: a bin in the middle of the piece
+    half, middle = number * step / 2.0, (x0 + x1) / 2.0
+    around = (middle - half, z0 + shy, middle + half, z1 - shy)
     own, before, passed = (
-        np.bincount(((x - around[0]) / step).astype(np.int64), minlength=number).astype(np.float64)
+        np.bincount(((x - around[0]) / step).astype(np.int64), minlength=number)[:number].astype(np.float64)
         for x in (
             points_within(plane.own, around)[0],
             np.concatenate([points_within(some, around)[0] for some in (plane.edges, plane.before)]),
@@ -123,7 +127,7 @@ def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[f
     held, full = own + before, due * step * (z1 - z0 - 2.0 * shy)
     ended, gone = _run(held), _run(passed)
     labels, _ = ndimage.label((ended > FULL * (ended + gone)) & (ended > SHADED * full))
-    label = labels[min(int(((x1 - x0) / 2 + slack) / step), len(labels) - 1)]
+    label = labels[number // 2]
     if label == 0:
         return None
     low, high = _filled(held, passed, labels == label)
@@ -144,9 +148,9 @@ def _with_hidden(low: float, high: float, blade: Bool, seen: Bool) -> tuple[floa
         return low, high
     middle = max(first - 1, 0) + float(at.mean()) + 0.5
     left, right = middle - low, high - middle
-    unseen_left = first - 1 - int(np.flatnonzero(seen[: max(first - 1, 0)]).max(initial=-1))
-    after = np.flatnonzero(seen[last + 1 :])
-    unseen_right = int(after[0]) if len(after) else 0
+    beyond = seen[: max(first - 1, 0)][::-1], seen[last + 1 :]
+    # the bin beside the post, and those beyond it that no beam reached
+    unseen_left, unseen_right = (1 + int(np.append(side, True).argmax()) for side in beyond)
     return low - np.clip(right - left, 0.0, unseen_left), high + np.clip(left - right, 0.0, unseen_right)
 
 
@@ -163,8 +167,10 @@ def _filled(held: Array, passed: Array, run: Bool) -> tuple[float, float]:
     pane = float(np.median(beyond)) if len(beyond) else 0.0
     filled = np.clip((share - pane) / max(1.0 - pane, 1e-9), 0.0, 1.0)
     low, high = int(k[0]), int(k[-1]) + 1
-    middle = (low + high) // 2
-    return middle - float(filled[low:middle].sum()), middle + float(filled[middle:high].sum())
+    middle, half = (low + high) / 2.0, (high - low) // 2
+    shared = float(filled[low + half : high - half].sum()) / 2.0  # of a bin in the middle
+    left, right = float(filled[low : low + half].sum()), float(filled[high - half : high].sum())
+    return middle - left - shared, middle + right + shared
 
 
 def _run(count: Float) -> Float:
@@ -249,8 +255,8 @@ def due_in(evidence: Evidence, box: Box) -> float:
 
 
 def _mean(values: Float, evidence: Evidence, box: Box) -> float:
-    """Returns the mean of the cells (h, w) that a box touches."""
-    cell, (x, z) = evidence.raster.cell, evidence.raster.corner
-    c0, r0, c1, r1 = (int((v - o) // cell) for v, o in zip(box, (x, z, x, z), strict=True))
-    part = values[max(r0, 0) : max(r1 + 1, 0), max(c0, 0) : max(c1 + 1, 0)]
+    """Returns the mean of the cells (h, w) that a box touches, with more than a rounding error."""
+    ends = (np.array(box).reshape(2, 2) - evidence.raster.corner) / evidence.raster.cell
+    (c0, r0), (c1, r1) = np.floor(ends[0] + 1e-6).astype(int), np.ceil(ends[1] - 1e-6).astype(int)
+    part = values[max(r0, 0) : max(r1, 0), max(c0, 0) : max(c1, 0)]
     return float(part.mean()) if part.size else 0.0

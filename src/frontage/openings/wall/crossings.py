@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int, rising
+from frontage.geometry.arrays import Float, Int, drawn, rising
 from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
@@ -34,9 +34,10 @@ class CrossingBeams(SightLines):
         return self.part(a + np.flatnonzero((z > box[1] - margin) & (z < box[3] + margin)))
 
     def thinned(self, number: int) -> "CrossingBeams":
-        """Returns every k-th beam, so that about `number` of them are left."""
-        step = len(self.depth) // number
-        return self.part(np.arange(0, len(self.depth), step)) if step > 1 else self
+        """Returns about `number` of the beams, the same ones in a mirrored facade."""
+        if len(self.depth) < 2 * number:
+            return self
+        return self.part(drawn(np.column_stack([np.abs(self.place[0]), self.place[1]]), number))
 
     def behind(self, y: float) -> "CrossingBeams":
         """Returns the same beams with the wall at the depth y m where it lies before that, as relief does."""

@@ -5,7 +5,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array, Bool, Float
 from frontage.openings.wall.density import triangulated_density
 from frontage.openings.wall.raster import WallRaster
 
@@ -14,6 +14,7 @@ _CUT = 0.05  # share of wall in the surroundings below which nothing is expected
 _FEW = 2.0  # beams that a cell must hold for its neighbours to be predicted from it
 _REACH = 3.0  # sigmas that a blur reaches
 _COARSEST = 0.2  # m: larger cells are cut by openings
+_EVEN = 32  # columns: with a multiple of them, blocks of blocks begin at the same places when mirrored
 
 
 def expected_beams(points: Float, raster: WallRaster) -> Float:
@@ -24,22 +25,34 @@ def expected_beams(points: Float, raster: WallRaster) -> Float:
     Where those hold too few as well, the triangles between neighbouring points predict. Wide openings are
     predicted from further around.
     """
-    solid = raster.count(*points.T)
+    counts = raster.count(*points.T)
+    aside = -counts.shape[1] % _EVEN // 2
+    own = slice(aside, aside + counts.shape[1])
+    wide, uncertain = _by_cells(np.pad(counts, ((0, 0), (aside, aside))), raster.cell)
+    due, sparse = np.array(wide[:, own]), uncertain[:, own]
+    if sparse.any():
+        flat = raster.flat(*points.T)
+        beside = points[(flat >= 0) & sparse.ravel()[flat]]
+        due[sparse] = raster.cell**2 * triangulated_density(beside, raster.middles(sparse), 2.0 * _AROUND)
+    return due
+
+
+def _by_cells(solid: Float, cell: float) -> tuple[Float, Bool]:
+    """Returns the beams (h, w) that larger and larger cells predict, and where the largest hold too few.
+
+    `solid` (h, w) are the points of the wall in cells of `cell` m.
+    """
     due, left, sparse = np.zeros(solid.shape), np.ones(solid.shape, np.bool_), np.zeros(solid.shape, np.bool_)
     steps = [1]
-    while steps[-1] * 2 * raster.cell <= _COARSEST:
+    while steps[-1] * 2 * cell <= _COARSEST:
         steps.append(steps[-1] * 2)
     for step, around in [*((s, _AROUND) for s in steps), (steps[-1], 2.0 * _AROUND)]:
-        mean, cover = _mean_hits(_blocks(solid, step), around / (step * raster.cell))
+        mean, cover = _mean_hits(_blocks(solid, step), around / (step * cell))
         told = left & _spread((cover > _CUT) & ((mean >= _FEW) | (step == steps[-1])), step, solid.shape)
         due = np.where(told, _spread(mean / step**2, step, solid.shape), due)
         sparse |= told & _spread(mean < _FEW, step, solid.shape)
         left &= ~told
-    if sparse.any():
-        flat = raster.flat(*points.T)
-        own = points[(flat >= 0) & sparse.ravel()[flat]]
-        due[sparse] = raster.cell**2 * triangulated_density(own, raster.middles(sparse), 2.0 * _AROUND)
-    return due
+    return due, sparse
 
 
 def _mean_hits(hits: Float, wide: float) -> tuple[Float, Float]:
@@ -55,8 +68,11 @@ def _mean_hits(hits: Float, wide: float) -> tuple[Float, Float]:
 
 
 def blurred(values: Float, wide: float) -> Float:
-    """Blurs values (h, w) with a Gaussian of `wide` cells; for speed, on blocks of a quarter of that."""
-    step = max(int(wide / 4), 1)
+    """Blurs values (h, w) with a Gaussian of `wide` cells; for speed, on blocks of up to a quarter of that.
+
+    Blocks of an even number of cells begin at the same places in a mirrored facade.
+    """
+    step = max(2 * int(wide / 8.0), 1)
     small = _blocks(values, step) / step**2
     kernel = _gaussian(wide / step)
     smooth = cv2.sepFilter2D(small, -1, kernel, kernel, borderType=cv2.BORDER_CONSTANT)

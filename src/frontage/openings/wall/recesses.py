@@ -57,6 +57,11 @@ def _recesses(evidence: Evidence) -> Int:
             part[part == k] = 0
     if not labels.any():
         return np.zeros(labels.shape, np.int64)
+    area = np.bincount(labels.ravel())
+    area[0] = 0
+    labels = area.argsort(kind="stable").argsort()[
+        labels
+    ]  # what two recesses reach belongs to the larger one
     # up to the edges of columns and ledges, which the core leaves out, but not over a pier to a window beside
     near = np.where(open_, ndimage.grey_dilation(labels, (2 * core + 1, 2 * core + 1)), labels)
     parts, _ = ndimage.label(open_ | (labels > 0))

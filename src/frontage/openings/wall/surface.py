@@ -11,6 +11,8 @@ _FINE = 8  # cells of a tile, along and across, in which its area is counted
 _KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
 _PEAK = 0.25  # share of the largest area that a surface needs to be the wall: glass fronts hold little wall
 _FINEST = 0.01  # m, least bin of depths
+# bins by which depths of one surface differ: a little over three, so that no rounding decides
+_SAME = 3.01
 _STEPS = 6  # steps of the search for the fullest layer, in its thickness
 # m: the wall that a pier belongs to is that near; a recess smaller than that is no bay of the wall
 _BESIDE = 1.5
@@ -68,7 +70,8 @@ def _areas(xyz: Float, raster: WallRaster, roughness: float) -> tuple[Array, Arr
     own = held.reshape(*raster.shape, bins).astype(np.float32)
     wide = (_KERNEL / TILE, _KERNEL / TILE, 1.0)
     area = ndimage.gaussian_filter(own, wide, mode="constant", truncate=3.0)
-    return own, area, np.asarray(low + (np.arange(bins) + 0.5) * step, np.float64), 3.0 * step
+    np.round(area, 3, out=area)  # so that equal areas are equal in a mirrored facade
+    return own, area, np.asarray(low + (np.arange(bins) + 0.5) * step, np.float64), _SAME * step
 
 
 def _chosen(area: Array, y: Float, slack: float, rays: bool) -> Float:
@@ -167,11 +170,11 @@ def _refined(wall: Float, xyz: Float, raster: WallRaster, slack: float) -> Float
     size = raster.shape[0] * raster.shape[1]
     number = np.bincount(flat[near], minlength=size).reshape(raster.shape).astype(np.float64)
     total = np.bincount(flat[near], d[near], minlength=size).reshape(raster.shape)
-    weight = ndimage.uniform_filter(number, 3, mode="constant")
-    mean = ndimage.uniform_filter(total, 3, mode="constant") / np.maximum(weight, 1e-9)
-    own = wall + np.where(weight > 1e-9, mean, 0.0)
+    weight = np.round(9.0 * ndimage.uniform_filter(number, 3, mode="constant"))  # whole points
+    mean = 9.0 * ndimage.uniform_filter(total, 3, mode="constant") / np.maximum(weight, 1.0)
+    own = wall + np.where(weight > 0, mean, 0.0)
     most = ndimage.maximum_filter(weight, 2 * int(_BESIDE / TILE) + 1)
-    beside = _between(own, weight >= _PIER * most)
+    beside = _between(own, weight >= np.round(_PIER * most, 6))
     return np.where(np.abs(beside - own) <= slack, beside, own)
 
 
