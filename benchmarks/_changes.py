@@ -46,8 +46,9 @@ def thinned(scan: Scan, part: int, seed: int = 2) -> Changed:
 
 
 def moved(scan: Scan, axes: Float) -> Changed:
-    """Turn or mirror the scan by an orthogonal matrix (3, 3); the beams without return stay behind."""
-    turned = replace(scan, xyz=scan.xyz @ axes.T, origins=scan.origins @ axes.T, grid=None, no_returns=())
+    """Turn or mirror the scan, with its beams without return, by an orthogonal matrix (3, 3)."""
+    lost = tuple(replace(one, axes=axes @ one.axes) for one in scan.no_returns)
+    turned = replace(scan, xyz=scan.xyz @ axes.T, origins=scan.origins @ axes.T, grid=None, no_returns=lost)
     return Changed(turned, lambda p: p @ axes, _all)
 
 
