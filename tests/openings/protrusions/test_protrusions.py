@@ -1,5 +1,7 @@
 """Protrusions before small walls: found with honest borders, told from trees and cars, walls of their own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -208,3 +210,10 @@ def test_same_input_same_result():
     a, b = (protrusions(*scanned(ORIEL), ground=0.0)[0] for _ in range(2))
     assert np.array_equal(a.ring, b.ring)
     assert (a.sigma, a.front.value) == (b.sigma, b.front.value)
+
+
+def test_a_wall_that_slants_is_no_stair_of_fronts():
+    facade, scan = scanned(wall=[box(0, 12, 0, 0.3, 0, 9)], spacing=0.02)
+    xyz = scan.xyz.copy()
+    xyz[:, 1] -= 0.035 * np.maximum(xyz[:, 0] - 4.0, 0.0)  # houses in a bend: 28 cm on 8 m
+    assert protrusions(facade, replace(scan, xyz=xyz), ground=0.0) == ()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, distinct
+from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.openings.boxes import Box
 
 
@@ -17,9 +17,24 @@ def within(p: Float, box: Box, margin: float) -> Bool:
     )
 
 
+def first_corner(p: Float, step: float) -> Float:
+    """Returns the corner (d,) m of the first cell of `step` m over points (n, d) m.
+
+    Cells lie alike on both sides of the middle of the first axis, so that a mirrored cloud has the same ones.
+    """
+    low, high = p.min(0), p.max(0)
+    cells = np.ceil((high[0] - low[0]) / (2.0 * step))
+    return np.array([(low[0] + high[0]) / 2.0 - cells * step, *low[1:]])
+
+
+def cells_of(p: Float, step: float) -> Int:
+    """Returns the cells (n, d) of `step` m, from 0 on, that points (n, d) m lie in (see `first_corner`)."""
+    return np.floor((p - first_corner(p, step)) / step).astype(np.int64)
+
+
 def occupied(values: Array, step: float) -> int:
     """Counts the steps of `step` m that hold a value (n,) m."""
-    return len(distinct((values / step).astype(np.int64)))
+    return len(distinct(np.floor(values / step).astype(np.int64)))
 
 
 def extent(p: Float, cell: float, tail: float) -> Box:
@@ -27,7 +42,7 @@ def extent(p: Float, cell: float, tail: float) -> Box:
 
     Tails are lines of cells of `cell` m that hold less than a share `tail` of the fullest.
     """
-    across = [((p[:, k] - p[:, k].min()) / cell).astype(np.int64) for k in (0, 2)]
+    across = cells_of(p[:, [0, 2]], cell).T
     held = np.zeros([int(a.max()) + 1 for a in across], np.bool_)
     held[across[0], across[1]] = True
     ends = []
@@ -54,6 +69,8 @@ def filled(p: Float, box: Box, cell: float) -> float:
     """Returns the share of a box's cells that hold points (n, 3) m."""
     size = [int((box[k + 2] - box[k]) / cell) + 1 for k in (0, 1)]
     held = np.zeros(size, np.bool_)
-    across = [np.clip((p[:, 2 * k] - box[k]) / cell, 0, size[k] - 1).astype(np.int64) for k in (0, 1)]
+    # columns lie alike on both sides of the middle
+    start = (box[0] + box[2] - size[0] * cell) / 2.0, box[1]
+    across = [np.clip((p[:, 2 * k] - start[k]) / cell, 0, size[k] - 1).astype(np.int64) for k in (0, 1)]
     held[across[0], across[1]] = True
     return float(held.sum() * cell**2 / max((box[2] - box[0]) * (box[3] - box[1]), cell**2))

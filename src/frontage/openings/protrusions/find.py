@@ -17,7 +17,7 @@ from frontage.openings.protrusions.checks import is_attached
 from frontage.openings.protrusions.kinds import FrontFeatures, kind_of_protrusion
 from frontage.openings.protrusions.measure import MeasuredBox, measure_box
 from frontage.openings.protrusions.merging import bridge_gaps, merge_pieces
-from frontage.openings.protrusions.pieces import Piece, find_pieces
+from frontage.openings.protrusions.pieces import Piece, find_pieces, fit_slanted_line
 from frontage.openings.protrusions.resolution import Resolution
 from frontage.openings.protrusions.setbacks import find_setbacks
 
@@ -32,6 +32,7 @@ _SOLID, _SOLID_LARGE = 0.5, 0.2  # share of the beams that a small and a large f
 _LEAFY = (ProtrusionKind.BALCONY, ProtrusionKind.RAILING, ProtrusionKind.AWNING, ProtrusionKind.OTHER)
 _NARROW_M = 0.2  # pipes and posts are narrower
 _FULL = 0.6  # share of the beams of the fullest row of a front from which a row counts as full
+_BESIDE_M, _FEWEST = 0.3, 30  # beside a front, where a slanting wall would go on; points that tell it
 _COMMON_M = 0.3  # distance within which the points of a front err together
 
 
@@ -57,7 +58,7 @@ def find_protrusions(
             continue
         features = FrontFeatures(measured.box, -piece.y, measured.hit, piece.inclined)
         kind = kind_of_protrusion(features, facade, foot, openings)
-        if not (kind.is_wall and wall.shows_behind(piece, measured)) and _is_solid(piece, measured, kind):
+        if not wall.denies(piece, measured, kind) and _is_solid(piece, measured, kind):
             found.append(_protrusion(wall, wall.before, piece, measured, kind))
     for piece, measured in find_setbacks(facade, beams, wall.resolution):
         found.append(_protrusion(wall, beams.q.T, piece, measured, ProtrusionKind.SETBACK))
@@ -91,6 +92,30 @@ class _Wall:
         """Returns whether the front of a piece stands out more than relief and noise of the wall do."""
         least = max(MASONRY.step_out, TOLERANCES.front_sigmas * self.facade.roughness)
         return piece.y <= -least
+
+    def denies(self, piece: Piece, measured: MeasuredBox, kind: ProtrusionKind) -> bool:
+        """Returns whether the wall shows behind a front, or goes on beside it or a pilaster."""
+        if kind.is_wall and self.shows_behind(piece, measured):
+            return True
+        return (kind.is_wall or kind is ProtrusionKind.PILASTER) and self.goes_on_beside(piece, measured)
+
+    def goes_on_beside(self, piece: Piece, measured: MeasuredBox) -> bool:
+        """Returns whether the surface of a front goes on to its left or right without a step.
+
+        A wall that slants from the plane of the facade seems to stand out slice by slice.
+        """
+        front = self.before[piece.front_rows]
+        if len(front) < _FEWEST:
+            return False
+        at, slope, _ = fit_slanted_line(front[:, 0], front[:, 1])
+        (x0, z0, x1, z1), (x, y, z) = measured.box, self.few.q
+        level = (z > z0) & (z < z1)
+        for a, b in ((x0 - _BESIDE_M, x0), (x1, x1 + _BESIDE_M)):
+            beside = level & (x > a) & (x < b)
+            off = np.abs(y[beside] - at - slope * x[beside])
+            if len(off) >= _FEWEST and float((off <= self.resolution.half).mean()) > 0.5:
+                return True
+        return False
 
     def shows_behind(self, piece: Piece, measured: MeasuredBox) -> bool:
         """Returns whether more beams end on the wall behind a piece than on its front."""

@@ -45,14 +45,17 @@ def _joined(piece: Piece, host: Piece, resolution: Resolution) -> Piece:
 def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
     """Joins pieces that continue behind what hides them: level, as far out, with no beam in between."""
     out: list[Piece] = []
-    for piece in sorted(pieces, key=lambda p: p.box[0]):
+    todo = sorted(pieces, key=lambda p: -_area(p.box))
+    while todo:
+        piece = todo.pop(0)
         host = next((k for k, p in enumerate(out) if _goes_on(p, piece, beams, resolution)), None)
         if host is None:
             out.append(piece)
         else:
-            larger = max(piece, out[host], key=lambda p: len(p.front_rows))
-            joined = _joined(piece, out[host], resolution)
-            out[host] = replace(joined, y=larger.y, front_rows=larger.front_rows)
+            other = out.pop(host)
+            larger = max(piece, other, key=lambda p: len(p.front_rows))
+            joined = _joined(piece, other, resolution)
+            todo.insert(0, replace(joined, y=larger.y, front_rows=larger.front_rows))
     return out
 
 
@@ -71,8 +74,8 @@ def _goes_on(one: Piece, other: Piece, beams: FacadeBeams, resolution: Resolutio
             continue
         gap = (start, low, end, high) if axis == 0 else (low, start, high, end)
         _, between = beams.at(y, gap, 0.0)
-        _, seen = beams.at(y, a, 0.0)
-        due = len(seen) * (end - start) / (a[axis + 2] - a[axis])
+        seen = sum(len(beams.at(y, box, 0.0)[1]) for box in (a, b))
+        due = seen * (end - start) / (a[axis + 2] - a[axis] + b[axis + 2] - b[axis])
         if (between > min(y + _REVEAL, -_WALL)).sum() < _PASSING * due:
             return True
     return False

@@ -4,7 +4,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, distinct
 from frontage.openings.boxes import Box
-from frontage.openings.protrusions.boxes import extent
+from frontage.openings.protrusions.boxes import cells_of, extent
 from frontage.openings.protrusions.checks import is_framed
 from frontage.openings.protrusions.resolution import Resolution
 
@@ -30,7 +30,7 @@ def common_profile(p: Float, axis: int, resolution: Resolution) -> Bool:
     if len(p) < _FEWEST or number < _CHUNKS[0]:
         return np.zeros(len(p), np.bool_)
     cell = max(_PROFILE[0], _PROFILE[1] * resolution.spacing)
-    across = np.floor((p[:, [1, 2 - axis]] - p[:, [1, 2 - axis]].min(0)) / cell).astype(np.int64)
+    across = cells_of(p[:, [2 - axis, 1]], cell)
     key = across[:, 0] * (across[:, 1].max() + 1) + across[:, 1]
     chunk = np.minimum(((p[:, axis] - p[:, axis].min()) / length * number).astype(np.int64), number - 1)
     held = np.bincount(distinct(key * number + chunk) // number, minlength=int(key.max()) + 1)

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.openings.boxes import Box
-from frontage.openings.protrusions.boxes import extent, occupied, within
+from frontage.openings.protrusions.boxes import cells_of, extent, occupied, within
 from frontage.openings.protrusions.checks import is_framed
 from frontage.openings.protrusions.mouldings import find_moulding
 from frontage.openings.protrusions.resolution import Resolution
@@ -60,7 +60,7 @@ def connected(q: Float, gap: float, least: int) -> Iterator[Int]:
     """Yields the rows of points (n, d) m that are connected: cells of `gap` m touch, corners included."""
     if len(q) == 0:
         return
-    key = ((q - q.min(0)) / gap).astype(np.int64)
+    key = cells_of(q, gap)
     shape = key.max(0) + 1
     held = np.zeros(shape, np.bool_)
     held[tuple(key.T)] = True
@@ -86,7 +86,7 @@ def _cut(q: Float, rows: Int, resolution: Resolution) -> list[Piece]:
         if y is None:
             break
         on = np.flatnonzero(free & (np.abs(p[:, 1] - y) <= resolution.half))
-        for part in connected(p[on][:, [0, 2]], resolution.gap, 10):
+        for part in sorted(connected(p[on][:, [0, 2]], resolution.gap, 10), key=len, reverse=True):
             around = extent(p[on[part]], resolution.cell, _TAIL)
             if not _large(around, resolution):
                 continue
@@ -124,7 +124,7 @@ def _peak(p: Float, resolution: Resolution) -> float | None:
     width = resolution.half
     low = float(p[:, 1].min()) - width
     level = ((p[:, 1] - low) / (width / 2)).astype(np.int64)
-    across = ((p[:, [0, 2]] - p[:, [0, 2]].min(0)) / resolution.cell).astype(np.int64)
+    across = cells_of(p[:, [0, 2]], resolution.cell)
     size = int(level.max()) + 1
     held = distinct((across[:, 0] * (across[:, 1].max() + 1) + across[:, 1]) * size + level) % size
     area = np.convolve(np.bincount(held, minlength=size), [0.5, 1.0, 1.0, 0.5], "same")
@@ -167,7 +167,9 @@ def _large(box: Box, resolution: Resolution) -> bool:
 def _is_surface(p: Float, y: float, box: Box, resolution: Resolution) -> bool:
     """Returns whether the front at y m stands out from slabs of its thickness before and behind it."""
     inside = p[within(p, box, 0.0)]
-    across = ((inside[:, [0, 2]] - np.array(box[:2])) / resolution.cell).astype(np.int64)
+    if not len(inside):
+        return False
+    across = cells_of(inside[:, [0, 2]], resolution.cell)
     flat = across[:, 0] * (across[:, 1].max(initial=0) + 1) + across[:, 1]
 
     def area(at: float) -> int:

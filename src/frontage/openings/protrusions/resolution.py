@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, freeze
+from frontage.geometry.arrays import Float, distinct, freeze
 from frontage.openings.boxes import Box
+from frontage.openings.protrusions.boxes import cells_of, first_corner
 
 _GAP = 0.15  # m: railings leave no wider gaps between their bars, so that no child falls through
 _GAP_POINTS = 4.0  # spacings that points of one surface are apart, at most
@@ -46,17 +47,21 @@ class Resolution:
         """
         if len(wall) == 0:
             return cls(spacing, sigma, spacing, np.empty((0, 3)))
-        low, side = wall.min(0), _CELLS * spacing
-        tile = np.floor((wall - low) / _TILE).astype(np.int64)
-        flat = tile[:, 0] * (tile[:, 1].max() + 1) + tile[:, 1]
-        cell = np.floor((wall - low) / side).astype(np.int64)
-        _, first = np.unique(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1], return_index=True)
-        number, seen = np.bincount(flat), np.bincount(flat[first], minlength=flat.max() + 1)
+        side, low = _CELLS * spacing, first_corner(wall, _TILE)
+        tile, cell = cells_of(wall, _TILE), cells_of(wall, side)
+        high = int(tile[:, 1].max()) + 1
+        across, up = np.divmod(
+            distinct(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]), cell[:, 1].max() + 1
+        )
+        middle = first_corner(wall, side) + (np.column_stack([across, up]) + 0.5) * side
+        own = np.clip(np.floor((middle - low) / _TILE).astype(np.int64), 0, tile.max(0))
+        number = np.bincount(tile[:, 0] * high + tile[:, 1])
+        seen = np.bincount(own[:, 0] * high + own[:, 1], minlength=len(number))
         full = np.flatnonzero(number >= _FEWEST)
-        middle = np.column_stack(np.divmod(full, tile[:, 1].max() + 1)) + 0.5
+        place = low + (np.column_stack(np.divmod(full, high)) + 0.5) * _TILE
         apart = np.maximum(np.sqrt(seen[full] * side**2 / number[full]), spacing)
         sparse = float(np.percentile(apart, _SPARSE)) if len(apart) else spacing
-        return cls(spacing, sigma, sparse, np.column_stack([low + middle * _TILE, apart]))
+        return cls(spacing, sigma, sparse, np.column_stack([place, apart]))
 
     def near(self, box: Box) -> "Resolution":
         """Returns it with the spacing of the tiles that a box touches."""
