@@ -111,9 +111,7 @@ def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[f
     if due <= 0.0:
         return None
     step = 1.0 / np.sqrt(due)
-    number = (
-        2 * int(np.ceil((x1 - x0 + 2.0 * slack) / (2.0 * step))) + 1
-    )  # odd: a bin in the middle of the piece
+    number = 2 * int(np.ceil((x1 - x0 + 2.0 * slack) / (2.0 * step))) + 1  # odd: one bin is the middle one
     half, middle = number * step / 2.0, (x0 + x1) / 2.0
     around = (middle - half, z0 + shy, middle + half, z1 - shy)
     own, before, passed = (

@@ -49,10 +49,8 @@ class Resolution:
             return cls(spacing, sigma, spacing, np.empty((0, 3)))
         side, low = _CELLS * spacing, first_corner(wall, _TILE)
         tile, cell = cells_of(wall, _TILE), cells_of(wall, side)
-        high = int(tile[:, 1].max()) + 1
-        across, up = np.divmod(
-            distinct(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]), cell[:, 1].max() + 1
-        )
+        high, rows = int(tile[:, 1].max()) + 1, int(cell[:, 1].max()) + 1
+        across, up = np.divmod(distinct(cell[:, 0] * rows + cell[:, 1]), rows)
         middle = first_corner(wall, side) + (np.column_stack([across, up]) + 0.5) * side
         own = np.clip(np.floor((middle - low) / _TILE).astype(np.int64), 0, tile.max(0))
         number = np.bincount(tile[:, 0] * high + tile[:, 1])

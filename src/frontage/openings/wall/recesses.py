@@ -59,9 +59,7 @@ def _recesses(evidence: Evidence) -> Int:
         return np.zeros(labels.shape, np.int64)
     area = np.bincount(labels.ravel())
     area[0] = 0
-    labels = area.argsort(kind="stable").argsort()[
-        labels
-    ]  # what two recesses reach belongs to the larger one
+    labels = area.argsort(kind="stable").argsort()[labels]  # the larger of two takes what both reach
     # up to the edges of columns and ledges, which the core leaves out, but not over a pier to a window beside
     near = np.where(open_, ndimage.grey_dilation(labels, (2 * core + 1, 2 * core + 1)), labels)
     parts, _ = ndimage.label(open_ | (labels > 0))

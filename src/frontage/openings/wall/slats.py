@@ -126,7 +126,7 @@ def _continued(stack: list[_Slat], open_: Bool) -> list[_Slat]:
 def _is_between_gaps(slat: _Slat, pitch: int, open_: Bool) -> bool:
     """Returns whether a place (cells) is closed as a slat is, and most of it open above and below."""
     gap = pitch - (slat.r1 - slat.r0)
-    if slat.r0 < gap or slat.r1 + gap > len(open_):
+    if gap < 1 or slat.r0 < gap or slat.r1 + gap > len(open_):
         return False
     own, below, above = (
         float(open_[a:b, slat.c0 : slat.c1].mean())
