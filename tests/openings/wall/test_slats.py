@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.wall.slats import _continued, _Slat
 from openings.boxes import box, scanned
 
 LEFT, RIGHT, SILL, HEAD = 3.2, 4.8, 3.0, 5.9
@@ -52,3 +53,8 @@ def test_masonry_between_windows_is_no_slat(rays):
     found = find_openings(facade, scan)
     assert isinstance(found, FoundOpenings)
     assert len(found.openings) == 3
+
+
+def test_slats_as_thick_as_their_pitch_continue_no_stack():
+    stack = [_Slat(r0, r0 + 2, 0, 9) for r0 in (4, 9, 14)] + [_Slat(19, 26, 0, 9)]
+    assert _continued(stack, np.zeros((40, 9), np.bool_)) == stack
