@@ -183,7 +183,7 @@ class OpeningGrid:
             return None
         equal = [k for k in self._high[row[0]] if k != without]
         forms = [self._like[k] for k in column if k in equal] or [self._like[k] for k in row]
-        most = max(forms, key=lambda form: (forms.count(form), len(form)))  # never by what stands on the left
+        most = max(forms, key=lambda form: (forms.count(form), len(form)))  # of two as frequent the larger
         like = [k for k in most if k != without]
         same = [k for k in column if k in like]
         near = same or column
