@@ -119,7 +119,10 @@ def _are_pairs(boxes: Float, near: Float) -> Bool:
 
 
 def _apart(pairs: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
-    """Returns pairs that have no place in common: of a row of places, those that both of its ends tell."""
+    """Returns pairs that have no place in common.
+
+    A row of places falls into the same pairs from either end, or into none: three places make no pair.
+    """
     return sorted(_taken(pairs) & _taken(pairs[::-1]))
 
 

@@ -1,5 +1,6 @@
 """Joins pieces that are one: mouldings on a front, tiers of a cornice, steps, and half-hidden parts."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,15 +22,42 @@ _REVEAL = 0.5  # m behind a front: windows of oriels are less deep; what ends fu
 
 def merge_pieces(pieces: list[Piece], resolution: Resolution) -> list[Piece]:
     """Returns the pieces without those within others, and with tiers of one moulding or stair as one."""
+    return _united(
+        pieces,
+        lambda piece, host: _part_of(piece, host, resolution),
+        lambda piece, host: _joined(piece, host, resolution),
+    )
+
+
+def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
+    """Joins pieces that continue behind what hides them: level, as far out, with no beam in between."""
+
+    def is_next(piece: Piece, host: Piece) -> bool:
+        """Returns whether a piece continues its host."""
+        return _goes_on(host, piece, beams, resolution)
+
+    def bridged(piece: Piece, host: Piece) -> Piece:
+        """Returns both as one, with the front of the larger one."""
+        larger = max(piece, host, key=lambda p: len(p.front_rows))
+        joined = _joined(piece, host, resolution)
+        return replace(joined, y=larger.y, front_rows=larger.front_rows)
+
+    return _united(pieces, is_next, bridged)
+
+
+def _united(
+    pieces: list[Piece], is_one: Callable[[Piece, Piece], bool], join: Callable[[Piece, Piece], Piece]
+) -> list[Piece]:
+    """Returns the pieces, the largest ones first, joined until no piece is one with another."""
     out: list[Piece] = []
     todo = sorted(pieces, key=lambda p: -_area(p.box))
     while todo:
         piece = todo.pop(0)
-        host = next((k for k, p in enumerate(out) if _part_of(piece, p, resolution)), None)
+        host = next((k for k, p in enumerate(out) if is_one(piece, p)), None)
         if host is None:
             out.append(piece)
         else:
-            todo.insert(0, _joined(piece, out.pop(host), resolution))
+            todo.insert(0, join(piece, out.pop(host)))
     return out
 
 
@@ -40,23 +68,6 @@ def _joined(piece: Piece, host: Piece, resolution: Resolution) -> Piece:
     box = (min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3]))
     rows = np.concatenate([host.rows, piece.rows])
     return replace(ahead, rows=rows, box=box, inclined=host.inclined and piece.inclined)
-
-
-def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
-    """Joins pieces that continue behind what hides them: level, as far out, with no beam in between."""
-    out: list[Piece] = []
-    todo = sorted(pieces, key=lambda p: -_area(p.box))
-    while todo:
-        piece = todo.pop(0)
-        host = next((k for k, p in enumerate(out) if _goes_on(p, piece, beams, resolution)), None)
-        if host is None:
-            out.append(piece)
-        else:
-            other = out.pop(host)
-            larger = max(piece, other, key=lambda p: len(p.front_rows))
-            joined = _joined(piece, other, resolution)
-            todo.insert(0, replace(joined, y=larger.y, front_rows=larger.front_rows))
-    return out
 
 
 def _goes_on(one: Piece, other: Piece, beams: FacadeBeams, resolution: Resolution) -> bool:

@@ -67,10 +67,11 @@ def _bars(open_: Bool, thick: int, least: int) -> Bool:
 
 
 def _slat(bar: Bool, row: int, column: int) -> _Slat | None:
-    """Returns the slat that a bar (h, w) from this row and column on is; None if it is no rectangle.
+    """Returns a bar (h, w) as a slat, or None if it is no rectangle.
 
-    Rows and columns of which less than half belongs to the bar are its ragged edges, and are left out. A bar
-    is no rectangle where much of the rest is empty, or much of the bar lies outside of it.
+    The bar's first cell has the given row and column. Rows and columns of which less than half belongs to the
+    bar are its ragged edges, and are left out. A bar is no rectangle where much of the rest is empty, or much
+    of the bar lies outside of it.
     """
     rows = np.flatnonzero(bar.sum(axis=1) >= 0.5 * bar.sum(axis=1).max())
     columns = np.flatnonzero(bar[rows].mean(axis=0) >= 0.5)
