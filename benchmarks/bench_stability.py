@@ -120,6 +120,22 @@ def _iou(a: Any, b: Any) -> float:
     return float(shared / (a.area + b.area - shared)) if shared else 0.0
 
 
+def _overlap(ring: Float, other: Float) -> tuple[float, float, Float]:
+    """IoU of two rings in the plane of the first, the share of the second that both have, and shifts.
+
+    Shifts (4,) m are those of the sides of the box around the second ring. Rings that are far apart have
+    nothing in common.
+    """
+    if np.abs(other.mean(0) - ring.mean(0)).max() >= 3.0:
+        return 0.0, 0.0, np.zeros(4)
+    normal = np.cross(ring[1] - ring[0], ring[2] - ring[1])
+    axes, flat = _plane(ring, normal / np.linalg.norm(normal))
+    seen = other @ axes.T
+    a, b = _polygon(flat), _polygon(seen)
+    shift = np.r_[seen.min(0), seen.max(0)] - np.r_[flat.min(0), flat.max(0)]
+    return _iou(a, b), float(a.intersection(b).area / max(b.area, 1e-9)), shift
+
+
 def facade_figures(own: Result, reference: Result) -> list[str]:
     """How many facades of the reference there are again, and how far their planes and outlines moved."""
     offsets, turns, ious = [], [], []
@@ -142,19 +158,19 @@ def facade_figures(own: Result, reference: Result) -> list[str]:
 
 
 def opening_figures(own: Result, reference: Result, kept: Callable[[Float], bool]) -> list[str]:
-    """F1 of the openings against those of the reference, and how far the borders of the same ones moved."""
+    """F1 of the openings against those of the reference, and how far the borders of the same ones moved.
+
+    An opening that a crop cuts is not asked for, nor is what is found in its place.
+    """
     asked = [o for o in reference.openings if kept(o[0])]
+    cut = [o for o in reference.openings if not kept(o[0])]
     found = [o for o in own.openings if kept(o[0])]
+    found = [o for o in found if all(_overlap(ring, o[0])[1] < SAME_IOU for ring, _ in cut)]
     overlap = np.zeros((len(asked), len(found)))
     shifts = np.zeros((len(asked), len(found), 4))
     for i, (ring, _) in enumerate(asked):
-        normal = np.cross(ring[1] - ring[0], ring[2] - ring[1])
-        axes, flat = _plane(ring, normal / np.linalg.norm(normal))
         for j, (other, _) in enumerate(found):
-            if np.abs(other.mean(0) - ring.mean(0)).max() < 3.0:
-                seen = other @ axes.T
-                overlap[i, j] = _iou(_polygon(flat), _polygon(seen))
-                shifts[i, j] = np.r_[seen.min(0), seen.max(0)] - np.r_[flat.min(0), flat.max(0)]
+            overlap[i, j], _, shifts[i, j] = _overlap(ring, other)
     rows, columns = linear_sum_assignment(-overlap)
     good = overlap[rows, columns] >= SAME_IOU
     rows, columns = rows[good], columns[good]

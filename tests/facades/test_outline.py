@@ -51,3 +51,22 @@ def test_cells_of_any_size_are_closed() -> None:
         count, corner, _ = occupied(x.ravel(), z.ravel(), float(cell))
         cells = largest_part(count, corner, float(cell), np.zeros((1, 3)))
         assert cells is not None and abs(cells.area - 16.0) < 4.0
+
+
+def _front(width: float, end: float = 12.0) -> tuple[np.ndarray, np.ndarray]:
+    """Returns x, z (n,) m of a wall 12 m long and 8 m high with a shop window, 3 m high, from 4 m on."""
+    x, z = (v.ravel() for v in np.meshgrid(np.arange(0.0, end, 0.02), np.arange(0.0, 8.0, 0.02)))
+    shop = (z < 3.0) & (x > 4.0) & (x < 4.0 + width)
+    return x[~shop], z[~shop]
+
+
+def test_a_shop_window_of_any_width_belongs_to_its_wall() -> None:
+    for width in (3.0, 3.9, 4.1, 6.0):
+        whole, (x0, z0) = _outline(*_front(width))
+        column, row = int((4.0 + width / 2.0 - x0) / CELL), int((1.5 - z0) / CELL)
+        assert whole[row, column], width
+
+
+def test_what_lies_below_the_end_of_an_overhanging_storey_does_not() -> None:
+    whole, (x0, z0) = _outline(*_front(6.0, end=10.0))
+    assert not whole[int((0.5 - z0) / CELL), int((7.0 - x0) / CELL)]

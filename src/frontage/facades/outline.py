@@ -162,8 +162,10 @@ def _under_wall(whole: Bool, pruned: Bool, cell: float, gap: float) -> Bool:
     That edge is the highest wall cell of every column, interpolated over columns without any, with notches
     as wide as a gap closed.
     """
-    bridged = _fill_along(_fill_along(whole, _GATE_M / cell, 1), _GATE_M / cell, 0)
     own = whole & pruned
+    under = np.logical_or.accumulate(own[::-1], 0)[::-1]
+    whole = whole | (under & _fill_along(whole, whole.shape[1], 1))
+    bridged = _fill_along(_fill_along(whole, _GATE_M / cell, 1), _GATE_M / cell, 0)
     columns = np.flatnonzero(own.any(0))
     if len(columns) == 0:
         return bridged

@@ -17,6 +17,7 @@ from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.flights import points_before, top_of_flight
 from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot
 from frontage.openings.kinds import in_reading_order, kind_of
+from frontage.openings.layout.abutting import parted_at_steps
 from frontage.openings.layout.columns import divided_by_columns
 from frontage.openings.layout.densities import find_at_densities, spacing_at
 from frontage.openings.layout.division import divided_alike
@@ -102,8 +103,8 @@ def _measured(
     kept = without_unsupported(separate, wall.ground)
     outlines, found = [], []
     for (_, _, worth), one in zip(real, kept, strict=True):
-        if one is not None:
-            own = with_post_borders(one, wall.posts)
+        for own in [] if one is None else parted_at_steps(one, beams):
+            own = with_post_borders(own, wall.posts)
             provenance = Provenance.POOLED if own.pooled else Provenance.MEASURED
             outlines.append(own)
             found.append((own, provenance, worth, own.sure))

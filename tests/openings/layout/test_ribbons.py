@@ -47,3 +47,10 @@ def test_a_gap_in_the_wall_that_touches_a_ribbon_window_does_not_hide_it(rays):
     )
     boxes = [box_of(o) for o in find_openings(facade, scan, OPTIONS).elements.openings]
     assert any(np.abs(box - RIBBON).max() < 0.04 for box in boxes)
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_long_window_may_be_low(rays):
+    low = (6.0, 2.0, 10.2, 2.5)
+    (box,) = found(low, rays=rays, returned=0.5)
+    np.testing.assert_allclose(box, low, atol=0.04)

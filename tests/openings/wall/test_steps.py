@@ -46,6 +46,26 @@ def test_a_pier_of_a_set_back_ground_floor_is_wall_though_a_room_is_seen_behind_
     assert np.abs(value_at(depth, raster, x, np.full(4, 3.6))).max() < 0.02
 
 
+@pytest.mark.parametrize("mirrored", [True, False])
+def test_panes_as_deep_as_the_wall_beside_are_no_wall(mirrored):
+    """Two walls stand side by side; the panes of the nearer one lie in the plane of the other."""
+    rng = np.random.default_rng(0)
+    windows = ((5.3, 1.4, 7.4, 2.5), (5.4, 4.4, 7.4, 5.5))
+    points = rng.uniform((0.0, -0.005, 0.0), (9.0, 0.005, 7.0), (150_000, 3))
+    x, _, z = points.T
+    pane = np.any([(x > a) & (x < c) & (z > b) & (z < d) for a, b, c, d in windows], axis=0)
+    points[(x > 3.8) & ~pane, 1] -= BACK
+    points = points[~pane | (rng.random(len(points)) < 0.1)]
+    if mirrored:
+        points[:, 0] = 9.0 - points[:, 0]
+    raster = WallRaster((0.0, 0.0), TILE, (28, 36))
+    depth = wall_depth(points, raster, 0.005)
+    at = np.array([1.0, 5.6, 6.4, 7.1, 8.5])
+    for height in (1.9, 4.9):
+        found = value_at(depth, raster, 9.0 - at if mirrored else at, np.full(5, height))
+        assert found == pytest.approx([0.0, -BACK, -BACK, -BACK, -BACK], abs=0.02)
+
+
 @pytest.mark.parametrize("bay", [(3.0, 5.0), (2.0, 16.0)])
 def test_beside_a_bay_the_wall_has_its_own_depth_though_it_lies_behind_the_plane(bay):
     rng = np.random.default_rng(0)

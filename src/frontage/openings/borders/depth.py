@@ -8,8 +8,6 @@ from frontage.model.masonry import TOLERANCES
 from frontage.openings.wall.crossings import CrossingBeams
 from frontage.openings.wall.evidence import LARGEST
 
-_NEAREST = 0.012  # m off the borders: reveals, and beams that they share with the frame, lie nearer
-_HUG = 0.05  # m off the borders: frames are that wide
 _DEEPEST = 1.0  # m: deeper points are in a room
 _BIN = 0.005  # m, bin of depths
 # share of the points of the densest surface that the front of the frame needs, being the foremost
@@ -17,6 +15,9 @@ _SHARE = 0.3
 _FEW = 8  # points that a depth needs
 _SLACK = 0.1  # share of the width that borders may be off at most; ribbons are as well known as others
 AROUND = 1.2  # m around an opening within which beams determine its wall
+FRAME = (0.012, 0.05)
+"""m off the borders between which the frame shows: reveals, and beams that they share with it, lie nearer"""
+
 BASE = 0.05
 """m by which the masonry of a ground floor may stand out before the wall"""
 
@@ -48,7 +49,7 @@ def find_depth(
     """
     wall = wall or find_wall(near, box, others)
     slack = min(slack, _SLACK * min(box[2] - box[0], LARGEST))
-    y = _along(near, box, rise, slack, _HUG + slack)
+    y = _along(near, box, rise, slack, FRAME[1] + slack)
     if len(y) < _FEW:
         y = _along(near, box, rise, slack, np.inf)
     if len(y) < _FEW or wall is None:
@@ -141,5 +142,5 @@ def _along(
     off = np.minimum(x - x0, x1 - x)
     if rise == 0.0:
         off = np.minimum(off, z1 - z)
-    some = deep[(z > z0 + _NEAREST) & (z < z1 - rise) & (off > _NEAREST + slack) & (off < hug)]
+    some = deep[(z > z0 + FRAME[0]) & (z < z1 - rise) & (off > FRAME[0] + slack) & (off < hug)]
     return np.asarray(near.depth[some] + near.level[some])

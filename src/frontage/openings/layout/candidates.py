@@ -120,10 +120,11 @@ def _components(
     Oversized components are joined only by shadows and gaps: they are opened (morphologically) with larger
     squares, which leave rectangles as they are, until they fall apart. A component that does not is an
     opening if it is a rectangle, as ribbon windows are, or if beams are seen to go through it, as through the
-    panes of a shop.
+    panes of a shop. So is a rectangle that is lower than the next square, which would erase it.
     """
     llr = evidence.llr
-    for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf), (_RIBBON, np.inf)):
+    scales = (*_SCALES, (_SCALES[-1][0], np.inf), (_RIBBON, np.inf))
+    for (size, largest), (following, _) in zip(scales, (*scales[1:], scales[-1]), strict=True):
         high, broad = (max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(opened(open_, (high, broad)))
         open_ = np.zeros(llr.shape, np.bool_)
@@ -132,6 +133,7 @@ def _components(
             own = labels[rows, columns] == number
             if largest < np.inf:
                 is_large = tall > largest * least[0] or wide > largest * least[1]
+                is_large = is_large and not _is_erased(own, following, least)
             else:
                 is_large = own.mean() <= _FILLED and not _seen_through(evidence, (rows, columns), own)
             if is_large:
@@ -140,6 +142,14 @@ def _components(
                 part = _grown(rows), _grown(columns)
                 if where[part].any():
                     yield part, (labels[part] != number) & (labels[part] > 0)
+
+
+def _is_erased(own: Bool, size: float, least: tuple[float, float]) -> bool:
+    """Returns whether a component (h, w) is a rectangle that is lower than a square of `size` least openings.
+
+    Upright strips as narrow as that are panels between pilasters.
+    """
+    return len(own) < int(size * least[0]) and float(own.mean()) > _FILLED
 
 
 def _grown(cells: slice) -> slice:

@@ -167,25 +167,51 @@ def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening.
 
     Ribbon windows are longer than other openings, but there is wall above, below, and on one side at least.
+    The empty area of a gate may go on in what hides the foot of the wall: the gate is what is a rectangle
+    with wall above it and on both sides.
     """
     out = np.zeros(seen.shape, np.bool_)
     rate, largest = local_rate(seen, expected, _BLUR / cell), int(LARGEST / cell)
     labels, _ = ndimage.label(inside & (rate < _EMPTY))
     places = enumerate(ndimage.find_objects(labels), 1)
     large = [(number, place) for number, place in places if max(p.stop - p.start for p in place) > largest]
-    framed = _between_walls(inside & (rate >= WALL), inside, largest) if large else out
+    if not large:
+        return out
+    ribbon, gate = _between_walls(inside & (rate >= WALL), inside, largest)
     for number, place in large:
         own = labels[place] == number
-        if framed[place][own].mean() < 1.0 - BARS:
-            out[place] |= own
+        if ribbon[place][own].mean() < 1.0 - BARS:
+            out[place] |= own & ~_rectangles(own & gate[place])
     return out
 
 
-def _between_walls(wall: Bool, inside: Bool, apart: int) -> Bool:
-    """Returns which cells (h, w) have wall above and below, at most `apart` rows apart, and on one side."""
+def _between_walls(wall: Bool, inside: Bool, apart: int) -> tuple[Bool, Bool]:
+    """Returns which cells (h, w) may belong to a ribbon window, and which to a gate.
+
+    A ribbon has wall above and below, at most `apart` rows apart, and on one side. A gate has wall on both
+    sides, at most `apart` columns apart, and above.
+    """
     below, above = _to_wall(wall, inside), _to_wall(wall[::-1], inside[::-1])[::-1]
     left, right = _to_wall(wall.T, inside.T).T, _to_wall(wall.T[::-1], inside.T[::-1])[::-1].T
-    return np.asarray((below + above <= apart) & (np.minimum(left, right) < np.inf))
+    ribbon = (below + above <= apart) & (np.minimum(left, right) < np.inf)
+    return np.asarray(ribbon), np.asarray((left + right <= apart) & (above < np.inf))
+
+
+def _rectangles(cells: Bool) -> Bool:
+    """Returns those connected parts of the cells (h, w) that fill the box around them but for bars.
+
+    Columns less than half as high as the highest one lie beside the rectangle, below the wall.
+    """
+    labels, _ = ndimage.label(cells)
+    out = np.zeros(cells.shape, np.bool_)
+    for number, place in enumerate(ndimage.find_objects(labels), 1):
+        own = labels[place] == number
+        high = own.sum(0)
+        column = np.flatnonzero(2 * high >= high.max())
+        part = own[:, column[0] : column[-1] + 1]
+        if part.mean() >= 1.0 - BARS:
+            out[place][:, column[0] : column[-1] + 1] |= part
+    return out
 
 
 def _to_wall(wall: Bool, inside: Bool) -> Float:

@@ -132,7 +132,9 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     step = (behind > wall + slack) & (behind <= wall + FITTING)
     stepped = np.where(step & (shown > held) & is_wall, behind, wall)
     beside = _between(stepped, is_wall)
-    return np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
+    stepped = np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
+    # frames may happen to lie as deep as the wall further back
+    return np.where(stepped > np.maximum(*_opened(stepped)) + slack, wall, stepped)
 
 
 def _opened(wall: Float) -> tuple[Float, Float]:
