@@ -36,15 +36,18 @@ def seen(rear, opaque):
     return np.vstack(points), np.concatenate(stations)
 
 
-def facades(opaque, rear, rays, seed=0):
-    """What is found of a front that is `opaque` (x, z) in y = 0 and the walls (n, 3) that show behind it."""
+def facades(opaque, rear, rays, seed=0, through=True):
+    """What is found of a front that is `opaque` (x, z) in y = 0 and the walls (n, 3) that show behind it.
+
+    Only what is seen `through` the front shows, or all of them.
+    """
     rng = np.random.default_rng(seed)
     front = grid(rng, -WIDTH / 2, WIDTH / 2, 0.0, HEIGHT, 0.0)
     front = front[opaque(front[:, 0], front[:, 2])]
     ground = np.column_stack(
         [rng.uniform(-12, 12, 9000), rng.uniform(-10, 0, 9000), rng.normal(0, 0.01, 9000)]
     )
-    back, station = seen(rear, opaque)
+    back, station = seen(rear, opaque) if through else (rear, np.zeros(len(rear), np.int32))
     own = np.vstack([front, back])
     xyz = np.vstack([own, ground])
     index = np.concatenate([rng.integers(0, 2, len(front)), station, np.ones(len(ground))]).astype(np.int32)
@@ -127,6 +130,17 @@ def test_wall_set_back_above_beside_or_below_a_front_stays(front, wall, rays):
     assert depths(facades(front, rear, rays)) == [0.0, wall[-1]]
 
 
+@pytest.mark.parametrize(("gap", "number"), [(0.0, 2), (0.3, 1)])
+def test_the_side_of_a_house_stays_that_goes_round_a_sharp_corner(gap, number):
+    """What stands before the foot of the side hides the ground there; its inner face is that of a room."""
+    side = grid(np.random.default_rng(1), 0.0, 10.0, 4.0, 10.0, 0.0, 0.05)
+    turn = np.radians(68.0)  # between the front and the side
+    way = np.array([[np.cos(turn), np.sin(turn), 0.0], [-np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
+    corner = np.array([-WIDTH / 2 + gap / np.sin(turn), 0.0, 0.0])
+    found = facades(lambda x, z: on_wall(x, z) & ~windows(x, z), side @ way + corner, False, through=False)
+    assert len(found) == number
+
+
 @pytest.mark.parametrize("seed", [20, 24])
 def test_rooms_of_a_cloud_cut_out_without_ground_and_rays_are_no_facades(seed):
     scene = terrace(seed, houses=3)
@@ -150,12 +164,13 @@ def test_what_panes_mirror_is_no_facade_though_it_is_larger_than_the_wall_of_win
     assert depths(facades(glazed, mirrored, True)) == [0.0]
 
 
+@pytest.mark.parametrize("rays", [True, False])
 @pytest.mark.parametrize("seed", [0, 3])
-def test_the_wall_of_an_arcade_stays_and_the_front_ends_at_its_ceiling(seed):
+def test_the_wall_of_an_arcade_stays_and_the_front_ends_at_its_ceiling(seed, rays):
     rng = np.random.default_rng(seed)
     rear = grid(rng, -7.2, 7.2, 0.0, 3.6, 2.0, 0.05)
     floor = rng.uniform((-7.2, 0.1, 0.0), (7.2, 2.0, 0.02), (4000, 3))
-    found = facades(arcade, np.vstack([rear, floor]), True, seed)
+    found = facades(arcade, np.vstack([rear, floor]), rays, seed)
     assert depths(found) == [0.0, 2.0]
     front = max(found, key=lambda f: f.extent[3] - f.extent[1])
     outline = shapely.Polygon(front.outline)

@@ -7,7 +7,7 @@ import pytest
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Estimate, Provenance
-from frontage.model.opening import Elements, Protrusion
+from frontage.model.opening import Elements, OpeningKind, Protrusion
 from frontage.openings.duplicates import without_duplicates
 from fronts import scan_wall
 from opening_fakes import opening
@@ -52,6 +52,18 @@ def test_what_lies_within_an_opening_of_the_wall_before_it_is_none(stepped):
         [LEFT],
         [RIGHT],
     ]
+
+
+def test_a_window_behind_a_passage_is_another_opening(stepped):
+    front, back, scan = stepped
+    hall = Rigid3("local", "facade", np.eye(3), np.array([0, 1.3, 0]))
+    back = replace(back, local_from_facade=Estimate(hall, np.eye(6) * 1e-8, 100.0))
+    window = (1.3, 2.2, 1.9, 3.0)
+    for kind, left in ((OpeningKind.PASSAGE, [window]), (OpeningKind.DOOR, [])):
+        first, elements = held(front, LEFT)
+        gate = replace(elements, openings=tuple(replace(o, kind=kind) for o in elements.openings))
+        assert boxes_of(without_duplicates([(first, gate), held(back, window)], scan)) == [[LEFT], left]
+        assert boxes_of(without_duplicates([held(back, window), (first, gate)], scan)) == [left, [LEFT]]
 
 
 def test_what_a_wall_shows_within_a_step_that_is_a_facade_itself_is_dropped(stepped):

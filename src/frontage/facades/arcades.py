@@ -55,19 +55,19 @@ def stands_in_arcade(
     """Decides whether `inner` is the wall of an arcade, or of a storey that is set back, under `outer`.
 
     It faces the same way, no further behind than an arcade is deep, and ends at its ceiling. Most lines of
-    sight to its points xyz (n, 3) m local pass under the front where this leaves headroom above the ground,
-    and it does so over most of its width. Next to nothing closes the way there, as the frames and panes of
-    shop windows would, and the ground of the street goes on up to the wall.
+    sight from `sensors` (n, 3) m to its points xyz (n, 3) m local pass under the front where this leaves
+    headroom above the ground, and it does so over most of its width. Next to nothing closes the way there, as
+    the frames and panes of shop windows would, and the ground of the street goes on up to the wall.
     """
     depth = float((inner.wall.point - outer.wall.point) @ outer.wall.normal)
     same_way = outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos
     if not same_way or not MASONRY.relief < depth <= MASONRY.arcade:
         return False
     lowest, gates = _gates(outer, scene)
-    crosses, x, z = crossings(outer.wall, xyz, sensors)
+    crosses, x, z = _ways(outer, xyz, sensors)
     column = _columns(outer, x)
     under = crosses & gates[column] & (z < lowest[column])
-    if under.mean() <= _MOST:
+    if under.mean() <= (_MOST if np.isfinite(sensors).any() else _FEW):
         return False
     q = outer.wall.coordinates(xyz)
     ceiling = float(np.median(lowest[column[under]])) + MASONRY.threshold
@@ -75,6 +75,17 @@ def stands_in_arcade(
     if gates[span & np.isfinite(lowest)].mean() <= _MOST or (q[:, 2] > ceiling).mean() > _FEW:
         return False
     return _is_free(outer, lowest, gates, under.sum()) and _goes_on(outer, gates & span, depth, scene)
+
+
+def _ways(outer: FacadeCandidate, xyz: Float, sensors: Float) -> tuple[Bool, Float, Float]:
+    """Returns which ways to points (n, 3) m local cross the outer wall, and where they do, as `crossings`.
+
+    Where no sensor is known, the shortest ways stand for the lines of sight, which pass the piers aslant.
+    """
+    if np.isfinite(sensors).any():
+        return crossings(outer.wall, xyz, sensors)
+    x, y, z = outer.wall.coordinates(xyz).T
+    return y > outer.wall.threshold, x, z
 
 
 def _goes_on(outer: FacadeCandidate, hall: Bool, depth: float, scene: FacadeScene) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from frontage.facades.candidate import FacadeCandidate, turned
 from frontage.geometry.arrays import Float
+from frontage.model.masonry import MASONRY
 
 _CORNER = 2.0  # log odds of a corner: 7 to 1, because rooms are scanned too
 _APART_M = 0.75  # m in plan between the ends of two walls that meet: cornices and downpipes hide the corner
@@ -38,6 +39,20 @@ def with_sides_of_corners(candidates: list[FacadeCandidate]) -> list[FacadeCandi
             break
         sign[np.where(fixed, np.inf, total).argmin()] *= -1.0
     return [_settled(c, s, t) for c, s, t in zip(candidates, sign, total, strict=True)]
+
+
+def is_side(front: FacadeCandidate, wall: FacadeCandidate) -> bool:
+    """Returns whether a wall goes on round the end of a front, as the outer side of the house.
+
+    The front ends in the plane of the wall and lies behind it. It runs past the inner face of such a side by
+    the thickness of the masonry.
+    """
+    (ends, *_), (there, _, normal) = _span(front), _span(wall)
+    if _agreement(_span(front), _span(wall)) != 1:
+        return False
+    behind = (ends - wall.wall.point[:2]) @ normal
+    corner = int(np.linalg.norm(ends[:, None] - there[None], axis=2).min(1).argmin())
+    return bool(abs(behind[corner]) < MASONRY.half_brick and behind[1 - corner] > 0.0)
 
 
 def _settled(candidate: FacadeCandidate, sign: float, log_odds: float) -> FacadeCandidate:

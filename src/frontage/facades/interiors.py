@@ -8,6 +8,7 @@ from scipy import ndimage
 from frontage.facades.arcades import stands_in_arcade
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
+from frontage.facades.corners import is_side
 from frontage.facades.outline import largest_part, occupied, widest_gap
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.scene import FacadeScene
@@ -41,6 +42,7 @@ def drop_interiors(
 
     Without rays the rules are:
 
+    - The wall of an arcade stays, and so does the side of the house, which goes on round the end of a front.
     - A wall close behind a larger one that faces the same way, and nowhere reaches beyond it, belongs to a
       room, because no house and court fit between.
     - Any other wall behind a larger one stands outside only if open ground lies before it.
@@ -63,11 +65,13 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
     is_larger, has_rays = outer.cells.area > inner.cells.area, outer.side.told_by == "rays"
     if not (is_larger or has_rays) or not _lies_behind(q):
         return False
-    covers = _Covers.of(outer, scene)
+    covers, sensors = _Covers.of(outer, scene), scene.sensors(rows)
     if has_rays:
-        sensors, least = scene.sensors(rows), _SEEN_THROUGH if is_larger else _WHOLLY
+        least = _SEEN_THROUGH if is_larger else _WHOLLY
         through = _was_measured_through(outer, covers, xyz, sensors, least)
         return through and not stands_in_arcade(outer, inner, xyz, sensors, scene)
+    if is_side(outer, inner) or stands_in_arcade(outer, inner, xyz, sensors, scene):
+        return False
     if _faces_the_same_way(outer, inner) and _is_covered_without_a_court(outer, q):
         return True
     if not _lies_where_rooms_are(covers, q):

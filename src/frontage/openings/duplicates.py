@@ -11,12 +11,13 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import at_depth
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
-from frontage.model.opening import Elements
+from frontage.model.opening import Elements, OpeningKind
 from frontage.model.scan import Scan
 from frontage.openings.wall.raster import WallRaster
 
 _SAME = 0.5  # share of the smaller of two openings that the other must cover for them to be at one place
 _NESTED = 0.9  # share of an outline that lies within a larger one for it to be a step within that wall
+_HALL = 1.0  # m, least depth of what a passage leads to
 _RIM = 0.25  # m, width of the rim around an opening that tells which wall it is in
 
 Judged = tuple[Facade, Elements]
@@ -41,9 +42,10 @@ def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
     for a, b in pairs:
         own, others = _rings(judged[a], judged[a][0]), _rings(judged[b], judged[a][0])
         for i, k in zip(*_same(own, others), strict=True):
-            if (a, i) not in dropped and (b, k) not in dropped:
-                first, second = (_walled(*judged[f], o, scan) for f, o in ((a, i), (b, k)))
-                dropped.add((b, k) if first >= second else (a, i))
+            if {(a, i), (b, k)} & dropped or _leads_to(judged[a], i, judged[b], k):
+                continue
+            first, second = (_walled(*judged[f], o, scan) for f, o in ((a, i), (b, k)))
+            dropped.add((b, k) if first >= second else (a, i))
     judged = [
         (f, replace(e, openings=tuple(o for k, o in enumerate(e.openings) if (n, k) not in dropped)))
         for n, (f, e) in enumerate(judged)
@@ -51,6 +53,17 @@ def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
     for a, b in pairs:
         judged[a], judged[b] = _without_walls(judged[a], judged[b]), _without_walls(judged[b], judged[a])
     return judged
+
+
+def _leads_to(first: Judged, i: int, second: Judged, k: int) -> bool:
+    """Returns whether one of two openings is a passage to the wall of the other, as between piers."""
+    (a, own), (b, others) = first, second
+    one, other = own.openings[i], others.openings[k]
+    _, (behind,) = _onto(a, b, [(other.ring, others.wall_y(other))])
+    _, (before,) = _onto(b, a, [(one.ring, own.wall_y(one))])
+    depth = behind - own.wall_y(one), before - others.wall_y(other)
+    passages = (o.kind is OpeningKind.PASSAGE for o in (one, other))
+    return any(is_one and y > _HALL for is_one, y in zip(passages, depth, strict=True))
 
 
 def _beside(a: Facade, b: Facade) -> bool:

@@ -31,3 +31,15 @@ def test_a_window_behind_bars_is_one_opening(gap):
     assert len(found) == len(WINDOWS)
     for box in WINDOWS:
         assert np.abs(found - box).max(1).min() < 0.08  # a bar beside a jamb looks like one
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.13])
+def test_a_window_with_a_railing_before_its_lower_part_is_one_opening(gap):
+    facade, scan = scan_wall(WINDOWS, spacing=0.01, size=SIZE, depth=0.12, rays=False)
+    for x0, z0, x1, _ in WINDOWS:
+        scan = behind_bars(scan, (x0, z0, x1, z0 + 0.55), gap)
+        scan = behind_bars(scan, (x0, z0 + 0.5, x1, z0 + 0.55), 0.02)  # the handrail
+    found = np.array([box_of(o) for o in find_openings(facade, scan).openings])
+    assert len(found) == len(WINDOWS)
+    for box in WINDOWS:
+        assert np.abs(found - box).max(1).min() < 0.08

@@ -50,7 +50,7 @@ def test_a_gap_in_the_wall_that_touches_a_ribbon_window_does_not_hide_it(rays):
 
 
 @pytest.mark.parametrize("rays", [True, False])
-def test_a_long_window_may_be_low(rays):
-    low = (6.0, 2.0, 10.2, 2.5)
-    (box,) = found(low, rays=rays, returned=0.5)
-    np.testing.assert_allclose(box, low, atol=0.04)
+@pytest.mark.parametrize("hole", [(6.0, 2.0, 10.2, 2.5), (6.0, 0.4, 6.5, 4.6)])
+def test_a_long_window_may_be_low_or_narrow(hole, rays):
+    (box,) = found(hole, rays=rays, returned=0.5)
+    np.testing.assert_allclose(box, hole, atol=0.04)

@@ -47,10 +47,12 @@ def test_a_pier_of_a_set_back_ground_floor_is_wall_though_a_room_is_seen_behind_
 
 
 @pytest.mark.parametrize("mirrored", [True, False])
-def test_panes_as_deep_as_the_wall_beside_are_no_wall(mirrored):
+@pytest.mark.parametrize("beside", [0.3, 1.5])  # m, the pier between the step and the windows
+def test_panes_as_deep_as_the_wall_beside_are_no_wall(beside, mirrored):
     """Two walls stand side by side; the panes of the nearer one lie in the plane of the other."""
     rng = np.random.default_rng(0)
-    windows = ((5.3, 1.4, 7.4, 2.5), (5.4, 4.4, 7.4, 5.5))
+    left = 3.8 + beside
+    windows = ((left, 1.4, left + 2.1, 2.5), (left + 0.1, 4.4, left + 2.1, 5.5))
     points = rng.uniform((0.0, -0.005, 0.0), (9.0, 0.005, 7.0), (150_000, 3))
     x, _, z = points.T
     pane = np.any([(x > a) & (x < c) & (z > b) & (z < d) for a, b, c, d in windows], axis=0)
@@ -60,7 +62,7 @@ def test_panes_as_deep_as_the_wall_beside_are_no_wall(mirrored):
         points[:, 0] = 9.0 - points[:, 0]
     raster = WallRaster((0.0, 0.0), TILE, (28, 36))
     depth = wall_depth(points, raster, 0.005)
-    at = np.array([1.0, 5.6, 6.4, 7.1, 8.5])
+    at = np.array([1.0, left + 0.4, left + 1.0, left + 1.7, 8.5])
     for height in (1.9, 4.9):
         found = value_at(depth, raster, 9.0 - at if mirrored else at, np.full(5, height))
         assert found == pytest.approx([0.0, -BACK, -BACK, -BACK, -BACK], abs=0.02)

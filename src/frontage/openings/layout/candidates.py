@@ -18,6 +18,8 @@ from frontage.openings.wall.raster import opened
 _LINES = 8  # candidate borders that a component has in each direction, at most
 _LESSER = 0.1  # share of the worth of the best of its component: less is a remnant of an uneven outline
 _PIECE = 0.5  # the same share for what bars part: less is a piece of it
+_HALF = 0.5  # share of a row that is most of it
+_RAIL = 0.1  # m, height of a handrail at most, and of the gap below the balusters
 _GAP = 0.12  # m between the bars of a grille: guards of windows and balconies leave no wider gaps
 # size of the opening square, and the largest component that is kept, in least openings
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))
@@ -58,7 +60,9 @@ def find_boxes(
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls
         return rejoined(found, evidence, held, framed)
-    behind_bars = _components(evidence, least, _between_bars(evidence), where)
+    gaps = _between_bars(evidence)
+    found = _behind_railings(found, gaps, evidence, least[0], framed)
+    behind_bars = _components(evidence, least, gaps, where)
     cells = np.array([(b.r0, b.c0, b.r1, b.c1) for b in found], np.int64).reshape(-1, 4)
     left = [(part, others) for part, others in behind_bars if not _meet(cells, part)]
     return found + best_layout(_rivals(evidence, left, least=least, framed=framed, share=_PIECE), pier)
@@ -93,6 +97,34 @@ def _rivals(
     return found
 
 
+def _behind_railings(
+    boxes: Sequence[CellBox], gaps: Bool, evidence: Evidence, least: float, framed: Callable[[Int], Bool]
+) -> list[CellBox]:
+    """Returns the boxes, which go on behind a railing that hides their lower parts.
+
+    Most of each row there is open between the balusters, `gaps` (h, w); a handrail may cross it. The railing
+    is at least as high as an opening, no other box lies behind it, and the whole is `framed`.
+    """
+    rail = int((_RAIL + _GAP) / evidence.raster.cell) + 1  # with half a gap on both sides, which is blurred
+    told = np.zeros(gaps.shape, np.bool_)
+    for box in boxes:
+        told[box.r0 : box.r1, box.c0 : box.c1] = True
+    found = []
+    for box in boxes:
+        columns = slice(box.c0, box.c1)
+        is_open = gaps[: box.r0, columns].mean(1) > _HALF
+        row = low = box.r0
+        while row > 0 and low - row < rail and not told[row - 1, columns].any():
+            row -= 1
+            low = row if is_open[row] else low
+        whole = np.array([[low, box.c0, box.r1, box.c1]])
+        if box.r0 - low >= least and framed(whole)[0]:
+            worth = float(worth_of(evidence, (slice(low, box.r1), columns)).sum()) - PRICE
+            box = CellBox(low, box.c0, box.r1, box.c1, worth)
+        found.append(box)
+    return found
+
+
 def _between_bars(evidence: Evidence) -> Bool:
     """Returns the cells (h, w) that are open as seen over the gap between two bars of a grille.
 
@@ -120,7 +152,7 @@ def _components(
     Oversized components are joined only by shadows and gaps: they are opened (morphologically) with larger
     squares, which leave rectangles as they are, until they fall apart. A component that does not is an
     opening if it is a rectangle, as ribbon windows are, or if beams are seen to go through it, as through the
-    panes of a shop. So is a rectangle that is lower than the next square, which would erase it.
+    panes of a shop. So is a rectangle that is lower or narrower than the next square, which would erase it.
     """
     llr = evidence.llr
     scales = (*_SCALES, (_SCALES[-1][0], np.inf), (_RIBBON, np.inf))
@@ -145,11 +177,9 @@ def _components(
 
 
 def _is_erased(own: Bool, size: float, least: tuple[float, float]) -> bool:
-    """Returns whether a component (h, w) is a rectangle that is lower than a square of `size` least openings.
-
-    Upright strips as narrow as that are panels between pilasters.
-    """
-    return len(own) < int(size * least[0]) and float(own.mean()) > _FILLED
+    """Returns whether a component (h, w) is a rectangle that squares of `size` least openings erase."""
+    fits = all(cells >= int(size * side) for cells, side in zip(own.shape, least, strict=True))
+    return not fits and float(own.mean()) > _FILLED
 
 
 def _grown(cells: slice) -> slice:

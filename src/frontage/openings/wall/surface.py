@@ -119,7 +119,8 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     The surroundings that determine a depth reach across a step. A tile that shows a wall further back within
     their reach (and no further than fittings are thick), and more of it than of all else, belongs to that
     wall; one that shows no wall (panes, frames) does if the tiles to the left and right do. What lies behind
-    does not count where a wall fills most of the tile, for rooms are seen aslant behind piers.
+    does not count where a wall fills most of the tile, for rooms are seen aslant behind piers. A tile that
+    a nearer wall fills belongs to that one.
     """
     reach = int(3.0 * _KERNEL / TILE)
     # The wall further back is looked for below and beside: what leans back above a wall is a roof.
@@ -133,8 +134,18 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     stepped = np.where(step & (shown > held) & is_wall, behind, wall)
     beside = _between(stepped, is_wall)
     stepped = np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
+    stepped = _nearer(stepped, own, y, slack)
     # frames may happen to lie as deep as the wall further back
-    return np.where(stepped > np.maximum(*_opened(stepped)) + slack, wall, stepped)
+    return _filled(stepped, stepped > np.maximum(*_opened(stepped)) + slack)
+
+
+def _nearer(wall: Float, own: Array, y: Float, slack: float) -> Float:
+    """Returns the depth (h, w) m of the wall; tiles full of a nearer wall beside them belong to it."""
+    reach = int(3.0 * _KERNEL / TILE)
+    before = ndimage.minimum_filter(wall, (1, 2 * reach + 1), mode="nearest")
+    shown = np.where(np.abs(y - before[..., None]) <= slack, own, 0.0)
+    full = (shown.sum(2) > own.sum(2) / 2.0) & (shown.max(2) > _FINE**2 / 2)
+    return np.where(full & (before < wall - slack) & (before >= wall - FITTING), before, wall)
 
 
 def _opened(wall: Float) -> tuple[Float, Float]:
