@@ -158,10 +158,9 @@ def radius_asked(count: Array, cell: float) -> Float:
 def _under_wall(whole: Bool, pruned: Bool, cell: float, gap: float) -> Bool:
     """Extends the outline over gates and shadows, but only where there is wall above: the rest is sky.
 
-    Cells with wall on both sides are bridged: gates and shop windows of any width, with wall above in their own
-    columns, and other notches up to `_GATE_M` wide, as far up as the wall's upper edge.
-    That edge is the highest wall cell of every column, interpolated over columns without any, with notches
-    as wide as a gap closed.
+    Cells with wall on both sides are bridged: gates and shop windows of any width that have wall above them,
+    and other notches up to `_GATE_M` wide, as far up as the wall's upper edge. That edge is the highest wall
+    cell of every column, interpolated over columns without any, with notches as wide as a gap closed.
     """
     own = whole & pruned
     under = np.logical_or.accumulate(own[::-1], 0)[::-1]
