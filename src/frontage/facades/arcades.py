@@ -80,7 +80,7 @@ def stands_in_arcade(
 def _ways(outer: FacadeCandidate, xyz: Float, sensors: Float) -> tuple[Bool, Float, Float]:
     """Returns which ways to points (n, 3) m local cross the outer wall, and where they do, as `crossings`.
 
-    Where no sensor is known, the shortest ways stand for the lines of sight, which pass the piers aslant.
+    If no sensor is known, the shortest ways are used. Unlike lines of sight, they pass no pier at an angle.
     """
     if np.isfinite(sensors).any():
         return crossings(outer.wall, xyz, sensors)

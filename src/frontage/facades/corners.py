@@ -47,9 +47,10 @@ def is_side(front: FacadeCandidate, wall: FacadeCandidate) -> bool:
     The front ends in the plane of the wall and lies behind it. It runs past the inner face of such a side by
     the thickness of the masonry.
     """
-    (ends, *_), (there, _, normal) = _span(front), _span(wall)
-    if _agreement(_span(front), _span(wall)) != 1:
+    own, other = _span(front), _span(wall)
+    if _agreement(own, other) != 1:
         return False
+    (ends, _, _), (there, _, normal) = own, other
     behind = (ends - wall.wall.point[:2]) @ normal
     corner = int(np.linalg.norm(ends[:, None] - there[None], axis=2).min(1).argmin())
     return bool(abs(behind[corner]) < MASONRY.half_brick and behind[1 - corner] > 0.0)

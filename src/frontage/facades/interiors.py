@@ -9,7 +9,7 @@ from frontage.facades.arcades import stands_in_arcade
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
 from frontage.facades.corners import is_side
-from frontage.facades.outline import largest_part, occupied, widest_gap
+from frontage.facades.outline import at_or_below, largest_part, occupied, widest_gap
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import StripBefore, crossings, strip_before
@@ -65,16 +65,16 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
     is_larger, has_rays = outer.cells.area > inner.cells.area, outer.side.told_by == "rays"
     if not (is_larger or has_rays) or not _lies_behind(q):
         return False
-    covers, sensors = _Covers.of(outer, scene), scene.sensors(rows)
+    sensors = scene.sensors(rows)
     if has_rays:
         least = _SEEN_THROUGH if is_larger else _WHOLLY
-        through = _was_measured_through(outer, covers, xyz, sensors, least)
+        through = _was_measured_through(outer, _Covers.of(outer, scene), xyz, sensors, least)
         return through and not stands_in_arcade(outer, inner, xyz, sensors, scene)
     if is_side(outer, inner) or stands_in_arcade(outer, inner, xyz, sensors, scene):
         return False
     if _faces_the_same_way(outer, inner) and _is_covered_without_a_court(outer, q):
         return True
-    if not _lies_where_rooms_are(covers, q):
+    if not _lies_where_rooms_are(_Covers.of(outer, scene), q):
         return False
     before = strip_before(inner.wall, inner.cells, scene.around, scene.ground_z)
     if before.is_outdoors:
@@ -164,7 +164,7 @@ class _Covers:
         row = largest_part(count, corner, _ADJOINING_CELL_M, own, widest_gap(0.0)) or facade.cells
         gates = _with_gates(facade, q)
         # shrunk, because a side wall at the end of a facade is not behind it
-        row = replace(row, whole=row.shrunk(_ADJOINING_CELL_M) & _at_or_below(row.wall))
+        row = replace(row, whole=row.shrunk(_ADJOINING_CELL_M) & at_or_below(row.wall))
         return cls(replace(gates, whole=gates.shrunk(_ADJOINING_CELL_M)), row)
 
     def hold(self, x: Float, z: Float) -> Bool:
@@ -186,7 +186,7 @@ def _with_gates(facade: FacadeCandidate, beside: Float | None = None) -> CellMap
         reach = 2 * int(_ADJOINING_CELL_M / cells.cell) + 1
         standing |= ndimage.binary_dilation(_held(beside, cells), np.ones((reach, 1), np.bool_))
     left, right = (np.logical_or.accumulate(standing[:, ::way], 1)[:, ::way] for way in (1, -1))
-    return replace(cells, whole=(cells.whole | (left & right)) & _at_or_below(cells.wall))
+    return replace(cells, whole=(cells.whole | (left & right)) & at_or_below(cells.wall))
 
 
 def _held(q: Float, cells: CellMap) -> Bool:
@@ -196,8 +196,3 @@ def _held(q: Float, cells: CellMap) -> Bool:
     held = np.zeros(cells.whole.shape, np.bool_)
     held[row, column] = True
     return held
-
-
-def _at_or_below(wall: Bool) -> Bool:
-    """Returns the cells (h, w), rows upwards, that are wall or have wall above them."""
-    return np.asarray(np.logical_or.accumulate(wall[::-1], 0)[::-1], np.bool_)

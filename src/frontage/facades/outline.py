@@ -163,8 +163,7 @@ def _under_wall(whole: Bool, pruned: Bool, cell: float, gap: float) -> Bool:
     cell of every column, interpolated over columns without any, with notches as wide as a gap closed.
     """
     own = whole & pruned
-    under = np.logical_or.accumulate(own[::-1], 0)[::-1]
-    whole = whole | (under & _fill_along(whole, whole.shape[1], 1))
+    whole = whole | (at_or_below(own) & _fill_along(whole, whole.shape[1], 1))
     bridged = _fill_along(_fill_along(whole, _GATE_M / cell, 1), _GATE_M / cell, 0)
     columns = np.flatnonzero(own.any(0))
     if len(columns) == 0:
@@ -174,6 +173,11 @@ def _under_wall(whole: Bool, pruned: Bool, cell: float, gap: float) -> Bool:
     notch = 2 * round(0.5 * gap / cell) + 1
     edge = ndimage.grey_closing(np.pad(edge, notch, mode="edge"), (notch,))[notch:-notch]
     return np.asarray(bridged & (np.arange(own.shape[0])[:, None] <= edge), np.bool_)
+
+
+def at_or_below(wall: Bool) -> Bool:
+    """Returns the cells (h, w), rows upwards, that are wall or have wall above them."""
+    return np.asarray(np.logical_or.accumulate(wall[::-1], 0)[::-1], np.bool_)
 
 
 def _disk(radius: float) -> Bool:

@@ -42,7 +42,8 @@ def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
     for a, b in pairs:
         own, others = _rings(judged[a], judged[a][0]), _rings(judged[b], judged[a][0])
         for i, k in zip(*_same(own, others), strict=True):
-            if {(a, i), (b, k)} & dropped or _leads_to(judged[a], i, judged[b], k):
+            passed = _leads_to(judged[a], i, judged[b], k) or _leads_to(judged[b], k, judged[a], i)
+            if {(a, i), (b, k)} & dropped or passed:
                 continue
             first, second = (_walled(*judged[f], o, scan) for f, o in ((a, i), (b, k)))
             dropped.add((b, k) if first >= second else (a, i))
@@ -55,15 +56,14 @@ def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
     return judged
 
 
-def _leads_to(first: Judged, i: int, second: Judged, k: int) -> bool:
-    """Returns whether one of two openings is a passage to the wall of the other, as between piers."""
-    (a, own), (b, others) = first, second
-    one, other = own.openings[i], others.openings[k]
-    _, (behind,) = _onto(a, b, [(other.ring, others.wall_y(other))])
-    _, (before,) = _onto(b, a, [(one.ring, own.wall_y(one))])
-    depth = behind - own.wall_y(one), before - others.wall_y(other)
-    passages = (o.kind is OpeningKind.PASSAGE for o in (one, other))
-    return any(is_one and y > _HALL for is_one, y in zip(passages, depth, strict=True))
+def _leads_to(front: Judged, i: int, back: Judged, k: int) -> bool:
+    """Returns whether an opening of one facade is a passage to the wall of another one's, as in an arcade."""
+    (facade, elements), (behind, others) = front, back
+    passage, opening = elements.openings[i], others.openings[k]
+    if passage.kind is not OpeningKind.PASSAGE:
+        return False
+    _, (y,) = _onto(facade, behind, [(opening.ring, others.wall_y(opening))])
+    return y - elements.wall_y(passage) > _HALL
 
 
 def _beside(a: Facade, b: Facade) -> bool:

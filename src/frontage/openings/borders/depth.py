@@ -16,7 +16,7 @@ _FEW = 8  # points that a depth needs
 _SLACK = 0.1  # share of the width that borders may be off at most; ribbons are as well known as others
 AROUND = 1.2  # m around an opening within which beams determine its wall
 FRAME = (0.012, 0.05)
-"""m off the borders between which the frame shows: reveals, and beams that they share with it, lie nearer"""
+"""The frame lies between these distances m from the borders. Reveals, and beams that hit both, lie nearer."""
 
 BASE = 0.05
 """m by which the masonry of a ground floor may stand out before the wall"""
@@ -83,6 +83,13 @@ def find_wall(
     return own if others is None or not len(others) else _of_level(*own, others, _APART * near.wall)
 
 
+def points_behind(near: CrossingBeams) -> tuple[Float, Float, Float]:
+    """Returns x, y and z (n,) m of the points behind the wall, without those deep in a room."""
+    deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
+    x, z = near.points.take(deep, 1)
+    return x, near.depth[deep] + near.level[deep], z
+
+
 def density_beside(near: CrossingBeams, box: tuple[float, float, float, float]) -> float:
     """Returns the beams per m2 that the wall on both sides of a box sends back."""
     x0, z0, x1, z1 = box
@@ -137,10 +144,8 @@ def _along(
     Points along the bottom do not count, for sills and thresholds slope.
     """
     x0, z0, x1, z1 = box
-    deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
-    x, z = near.points.take(deep, 1)
+    x, y, z = points_behind(near)
     off = np.minimum(x - x0, x1 - x)
     if rise == 0.0:
         off = np.minimum(off, z1 - z)
-    some = deep[(z > z0 + FRAME[0]) & (z < z1 - rise) & (off > FRAME[0] + slack) & (off < hug)]
-    return np.asarray(near.depth[some] + near.level[some])
+    return y[(z > z0 + FRAME[0]) & (z < z1 - rise) & (off > FRAME[0] + slack) & (off < hug)]

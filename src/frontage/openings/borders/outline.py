@@ -10,6 +10,8 @@ from frontage.openings.borders.locate import Border
 from frontage.openings.borders.shapes import bare_ring, ring_of
 from frontage.openings.boxes import Box
 
+_IN_PLACE = (0, 2, 1, 3)  # where left, right, bottom and top stand in a place x0, z0, x1, z1
+
 
 @dataclass(frozen=True, eq=False)
 class Outline:
@@ -50,11 +52,21 @@ class Outline:
 
     def with_foot(self, at: float, sigma: float) -> "Outline":
         """Returns the outline with its foot at z = `at` m, known to `sigma` m."""
-        x0, _, x1, z1 = self.place
+        return self._moved(2, at, sigma)
+
+    def with_border(self, side: int, at: float, sigma: float) -> "Outline":
+        """Returns the outline with one of `borders`, the number `side`, at `at` m, known to `sigma` m."""
+        borders = list(self.borders)
+        borders[side] = replace(borders[side], at=at, sigma=sigma)
+        return replace(self._moved(side, at, sigma), borders=tuple(borders))
+
+    def _moved(self, side: int, at: float, sigma: float) -> "Outline":
+        """Returns the outline with one side of its place at `at` m, and the error of that side."""
+        x0, z0, x1, z1 = (at if k == _IN_PLACE[side] else v for k, v in enumerate(self.place))
         covariance = self.covariance.copy()
-        covariance[2, :] = covariance[:, 2] = 0.0
-        covariance[2, 2] = sigma**2
-        return replace(self, place=(x0, at, x1, z1), covariance=covariance)
+        covariance[side, :] = covariance[:, side] = 0.0
+        covariance[side, side] = sigma**2
+        return replace(self, place=(x0, z0, x1, z1), covariance=covariance)
 
     @property
     def bare_ring(self) -> Float:

@@ -1,26 +1,24 @@
-"""Openings without masonry between them, as a door beside a shop window, are parted where their frames step.
+"""Separates openings that have no masonry between them, such as a door beside a shop window.
 
-Such openings are one hole in the wall. Units of joinery that were built apart have frames at depths of their
-own, which meet in an upright line; the frame of one unit lies in one plane along its head and jambs, whatever
-its panes, curtains and open casements return.
+Such openings are one hole in the wall. Each unit of joinery has its own frame, which lies in one plane along
+its head and jambs, whatever its panes, curtains and open casements return. Frames of units that were built
+separately lie at different depths, and meet in an upright line.
 """
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import TOLERANCES
-from frontage.openings.borders.depth import AROUND, FRAME, find_depth
+from frontage.openings.borders.depth import AROUND, FRAME, find_depth, points_behind
 from frontage.openings.borders.outline import Outline
 from frontage.openings.wall.crossings import CrossingBeams
 
 _STEP = 0.06  # m: the sashes of one sliding window lie no farther apart
 _LEAST = 0.5  # m, least width of the openings on both sides
 _JOINT = 0.01  # m between two units, which are built apart
-_DEEPEST = 1.0  # m: deeper points are in a room
 _BIN = 0.01  # m, bin of depths
 _OWN = 0.7  # share of the points on a frame that lie in its plane
 _FEW = 8  # points that tell where a frame lies
@@ -35,39 +33,33 @@ class _Step:
 
 
 def parted_at_steps(outline: Outline, beams: CrossingBeams) -> list[Outline]:
-    """Returns the openings that an outline consists of, from left to right, parted where the frame steps."""
+    """Divides an outline at the steps of its frame and returns the openings from left to right."""
     near = beams.around(outline.place, AROUND)
     ends = [None, *_find_steps(near, outline), None]
     return [_part(outline, left, right, near) for left, right in pairwise(ends)]
 
 
 def _part(outline: Outline, left: _Step | None, right: _Step | None, near: CrossingBeams) -> Outline:
-    """Returns the part of an opening between two steps; where there is none, its own border stays."""
+    """Returns the part of an opening between two steps. Without a step on a side, its own border stays."""
     if left is right is None:
         return outline
-    covariance, borders, ends = outline.covariance.copy(), list(outline.borders), list(outline.place)
-    for side, step in enumerate((left, right)):
+    part = outline
+    for side, step, towards in ((0, left, 0.5), (1, right, -0.5)):
         if step is not None:
-            ends[2 * side] = at = step.at + (0.5 - side) * _JOINT
-            covariance[side, :] = covariance[:, side] = 0.0
-            covariance[side, side] = step.sigma**2
-            borders[side] = replace(borders[side], at=at, sigma=step.sigma)
-    place = (ends[0], ends[1], ends[2], ends[3])
-    depth = find_depth(near, place, 0.0, 2.0 * max(borders[0].sigma, borders[1].sigma))
-    return replace(outline, place=place, covariance=covariance, borders=tuple(borders), depth=depth)
+            part = part.with_border(side, step.at + towards * _JOINT, step.sigma)
+    slack = 2.0 * max(part.borders[0].sigma, part.borders[1].sigma)
+    return replace(part, depth=find_depth(near, part.place, 0.0, slack))
 
 
 def _find_steps(near: CrossingBeams, outline: Outline) -> list[_Step]:
-    """Returns where the frame along the head of an opening goes on at another depth, from left to right.
+    """Finds the steps of the frame along the head of an opening, from left to right.
 
-    Each part of the head must lie at one of two depths, and the jambs at that of the head beside them.
+    Each part of the head must lie at one of two depths, and each jamb at the depth of the head beside it.
     """
     x0, z0, x1, z1 = outline.place
     if outline.rise > 0.0 or x1 - x0 < 2.0 * _LEAST:
         return []
-    deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
-    x, z = near.points.take(deep, 1)
-    y = near.depth[deep] + near.level[deep]
+    x, y, z = points_behind(near)
     inside = (x > x0 + FRAME[0]) & (x < x1 - FRAME[0]) & (z > z0) & (z < z1 - FRAME[0])
     head = np.flatnonzero(inside & (z > z1 - FRAME[1]))
     head = head[np.argsort(x[head], kind="stable")]
@@ -88,15 +80,15 @@ def _find_steps(near: CrossingBeams, outline: Outline) -> list[_Step]:
 
 
 def _two_levels(y: Float) -> Float | None:
-    """Returns the two depths (2,) m, a step apart, that hold the most of the points (n,) m; None without."""
+    """Returns the two depths (2,) m, a step apart, that hold most points y (n,) m, or None."""
     if len(y) < 2 * _FEW:
         return None
     low = float(y.min())
     number = np.bincount(((y - low) / _BIN).astype(np.int64))
-    count = ndimage.uniform_filter1d(number.astype(np.float64), 3, mode="constant") * 3.0
+    count = np.convolve(number, [1, 1, 1], "same")
     middle = low + (np.arange(len(count)) + 0.5) * _BIN
     first = int(count.argmax())
-    others = np.where(np.abs(middle - middle[first]) > _STEP, count, 0.0)
+    others = np.where(np.abs(middle - middle[first]) > _STEP, count, 0)
     second = int(others.argmax())
     if others[second] < _FEW:
         return None
@@ -104,12 +96,12 @@ def _two_levels(y: Float) -> Float | None:
     return np.array([float(np.median(y[some])) for some in near])
 
 
-def _changes(x: Float, on: Bool, first: int = 0) -> list[tuple[int, int]]:
-    """Returns between which of the points at rising x (n,) m they change to the other level.
+def _changes(x: Float, on: Bool) -> list[tuple[int, int]]:
+    """Finds where points at rising x (n,) m change from one level to the other.
 
-    These are the numbers of the first point that is not at one level any more, and of the first at the other.
-    `on` (2, n) tells which points lie at either level, and `first` is the number of the first point. More of
-    the points are at the level of their part than without the change.
+    `on` (2, n) tells which points lie at either level. Each change is a pair of point numbers: points from
+    the first one on no longer lie at the old level, and points from the second one on lie at the new level.
+    A change counts if it puts more points at the level of their part.
     """
     below = np.hstack([np.zeros((2, 1)), on.cumsum(1)])
     agree = np.max([below[k] + below[1 - k, -1] - below[1 - k] for k in (0, 1)], axis=0)[:-1]
@@ -119,5 +111,5 @@ def _changes(x: Float, on: Bool, first: int = 0) -> list[tuple[int, int]]:
         return []
     a = int(best[0])
     b = int(best[best - np.arange(len(best)) == a][-1])  # points between two levels tell nothing
-    left, right = _changes(x[:a], on[:, :a], first), _changes(x[b:], on[:, b:], first + b)
-    return [*left, (first + a, first + b), *right]
+    right = [(b + i, b + k) for i, k in _changes(x[b:], on[:, b:])]
+    return [*_changes(x[:a], on[:, :a]), (a, b), *right]

@@ -100,10 +100,11 @@ def _rivals(
 def _behind_railings(
     boxes: Sequence[CellBox], gaps: Bool, evidence: Evidence, least: float, framed: Callable[[Int], Bool]
 ) -> list[CellBox]:
-    """Returns the boxes, which go on behind a railing that hides their lower parts.
+    """Returns the boxes; those whose lower parts a railing hides go on downwards behind it.
 
-    Most of each row there is open between the balusters, `gaps` (h, w); a handrail may cross it. The railing
-    is at least as high as an opening, no other box lies behind it, and the whole is `framed`.
+    Most cells of each row there are open between the balusters, as `gaps` (h, w) tells; a handrail may cross
+    them. The railing is at least as high as an opening, no other box lies behind it, and the longer box is
+    `framed`.
     """
     rail = int((_RAIL + _GAP) / evidence.raster.cell) + 1  # with half a gap on both sides, which is blurred
     told = np.zeros(gaps.shape, np.bool_)
@@ -164,8 +165,8 @@ def _components(
             tall, wide = rows.stop - rows.start, columns.stop - columns.start
             own = labels[rows, columns] == number
             if largest < np.inf:
-                is_large = tall > largest * least[0] or wide > largest * least[1]
-                is_large = is_large and not _is_erased(own, following, least)
+                exceeds = tall > largest * least[0] or wide > largest * least[1]
+                is_large = exceeds and not _is_erased(own, following, least)
             else:
                 is_large = own.mean() <= _FILLED and not _seen_through(evidence, (rows, columns), own)
             if is_large:

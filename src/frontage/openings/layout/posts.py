@@ -132,14 +132,10 @@ def with_post_borders(outline: Outline, posts: Sequence[Post]) -> Outline:
     Windows meet anywhere in the middle half of the post. Each ends where that half begins, so that the post
     stays between them. The error is that of a place anywhere in the half.
     """
-    covariance, borders, place = outline.covariance.copy(), list(outline.borders), list(outline.place)
-    for post in (p for p in posts if not p.level and min(place[3], p.z1) > max(place[1], p.z0)):
+    found, (_, low, _, high) = outline, outline.place
+    for post in (p for p in posts if not p.level and min(high, p.z1) > max(low, p.z0)):
         width = post.x1 - post.x0
         for k, side, towards in ((0, 0, 0.25), (1, 2, -0.25)):
             if abs(outline.place[side] - post.middle) < width:
-                place[side] = post.middle + towards * width
-                covariance[k, :] = covariance[:, k] = 0.0
-                covariance[k, k] = width**2 / 12.0
-                borders[k] = replace(borders[k], at=place[side], sigma=float(np.sqrt(covariance[k, k])))
-    x0, z0, x1, z1 = place
-    return replace(outline, place=(x0, z0, x1, z1), covariance=covariance, borders=tuple(borders))
+                found = found.with_border(k, post.middle + towards * width, width / np.sqrt(12.0))
+    return found

@@ -30,10 +30,13 @@ def merge_pieces(pieces: list[Piece], resolution: Resolution) -> list[Piece]:
 
 
 def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
-    """Joins pieces that continue behind what hides them: level, as far out, with no beam in between."""
+    """Joins pieces that are one protrusion, part of which something hides.
+
+    They are level with one another and stand out equally far, and hardly any beam passes between them.
+    """
 
     def is_next(piece: Piece, host: Piece) -> bool:
-        """Returns whether a piece continues its host."""
+        """Returns whether a piece is the continuation of its host."""
         return _goes_on(host, piece, beams, resolution)
 
     def bridged(piece: Piece, host: Piece) -> Piece:
@@ -48,7 +51,7 @@ def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution)
 def _united(
     pieces: list[Piece], is_one: Callable[[Piece, Piece], bool], join: Callable[[Piece, Piece], Piece]
 ) -> list[Piece]:
-    """Returns the pieces, the largest ones first, joined until no piece is one with another."""
+    """Joins pieces, beginning with the largest, until no two of them belong together."""
     out: list[Piece] = []
     todo = sorted(pieces, key=lambda p: -_area(p.box))
     while todo:

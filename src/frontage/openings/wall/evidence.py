@@ -167,8 +167,8 @@ def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening.
 
     Ribbon windows are longer than other openings, but there is wall above, below, and on one side at least.
-    The empty area of a gate may go on in what hides the foot of the wall: the gate is what is a rectangle
-    with wall above it and on both sides.
+    The empty area of a gate may continue in that of a car that hides the foot of the wall. The gate is the
+    part that is a rectangle with wall above it and on both sides.
     """
     out = np.zeros(seen.shape, np.bool_)
     rate, largest = local_rate(seen, expected, _BLUR / cell), int(LARGEST / cell)
@@ -198,9 +198,9 @@ def _between_walls(wall: Bool, inside: Bool, apart: int) -> tuple[Bool, Bool]:
 
 
 def _rectangles(cells: Bool) -> Bool:
-    """Returns those connected parts of the cells (h, w) that fill the box around them but for bars.
+    """Returns the connected parts of the cells (h, w) that are rectangles, of which only bars may be missing.
 
-    Columns less than half as high as the highest one lie beside the rectangle, below the wall.
+    Columns that are less than half as high as the highest one do not belong to the rectangle.
     """
     labels, _ = ndimage.label(cells)
     out = np.zeros(cells.shape, np.bool_)

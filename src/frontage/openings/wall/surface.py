@@ -110,6 +110,11 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     pier = np.einsum("rcb,rcb->rc", own, level) > _PIER * own.sum(2)
     high, wide = _opened(wall)
     wall = np.where(pier & (wall > np.minimum(high, wide) + slack), beside, wall)
+    return _without_openings(wall, slack)
+
+
+def _without_openings(wall: Float, slack: float) -> Float:
+    """Fills the tiles (h, w) that lie deeper than those around them and are no larger than an opening."""
     return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
 
 
@@ -134,9 +139,8 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     stepped = np.where(step & (shown > held) & is_wall, behind, wall)
     beside = _between(stepped, is_wall)
     stepped = np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
-    stepped = _nearer(stepped, own, y, slack)
-    # frames may happen to lie as deep as the wall further back
-    return _filled(stepped, stepped > np.maximum(*_opened(stepped)) + slack)
+    # panes and frames may happen to lie as deep as the wall further back
+    return _without_openings(_nearer(stepped, own, y, slack), slack)
 
 
 def _nearer(wall: Float, own: Array, y: Float, slack: float) -> Float:
