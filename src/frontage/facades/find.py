@@ -1,5 +1,6 @@
 """Find every main facade of a building (paper A, sections 2.1 and 2.2)."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +16,9 @@ from frontage.facades.options import FacadeOptions
 from frontage.facades.pieces import without_overlaps
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.plane.paper import paper_plane
+from frontage.facades.remaining import on_walls, search_remaining, without_doubles
 from frontage.facades.scene import FacadeScene
-from frontage.facades.sequential import is_large, search_candidates
+from frontage.facades.sequential import is_large, least_area, search_candidates
 from frontage.geometry.arrays import Float
 from frontage.model.building import Building
 from frontage.model.canonical import canonical_axes, canonical_order, steady
@@ -62,7 +64,10 @@ def find_facades(
         thinned = replace(scene, cloud=scene.cloud.bounded())
         candidates = search_candidates(thinned, rng)
         candidates = drop_interiors(with_sides_of_corners(candidates), thinned, rng)
-        candidates, arcades = with_open_arcades(_refined(candidates, thinned, scene, rng), scene, rng)
+        refined = _with_remaining(
+            candidates, _refined(candidates, (), thinned, scene, rng), thinned, scene, rng
+        )
+        candidates, arcades = with_open_arcades(refined, scene, rng)
         candidates = without_overlaps(candidates, arcades)
     if not candidates:
         return (_no_wall(building, options),)
@@ -90,11 +95,38 @@ def _no_wall(building: Building, options: FacadeOptions) -> Failed:
 
 
 def _refined(
-    candidates: list[FacadeCandidate], thinned: FacadeScene, scene: FacadeScene, rng: np.random.Generator
+    candidates: list[FacadeCandidate],
+    known: Sequence[FacadeCandidate],
+    thinned: FacadeScene,
+    scene: FacadeScene,
+    rng: np.random.Generator,
 ) -> list[FacadeCandidate]:
-    """Refines the candidates found in the thinned cloud on all points; those still large enough remain."""
-    found = (_refined_on_wall(c, thinned.cloud.xyz[c.wall.inliers], scene, rng) for c in candidates)
-    return [c for c in found if c is not None and is_large(c.cells, scene.options.min_area)]
+    """Refines the candidates found in the thinned cloud on all points; those still large enough remain.
+
+    Points on the walls of known facades do not say which connected component of a plane is meant.
+    """
+    refined = []
+    for candidate in candidates:
+        votes = thinned.cloud.xyz[candidate.wall.inliers]
+        votes = votes[~on_walls(votes, known)]
+        found = _refined_on_wall(candidate, votes, scene, rng) if len(votes) else None
+        if found is not None and is_large(found.cells, least_area(known, scene.options)):
+            refined.append(found)
+    return refined
+
+
+def _with_remaining(
+    sketches: list[FacadeCandidate],
+    refined: list[FacadeCandidate],
+    thinned: FacadeScene,
+    scene: FacadeScene,
+    rng: np.random.Generator,
+) -> list[FacadeCandidate]:
+    """Returns the refined walls together with those that remain beside them and on bends between them."""
+    remaining = search_remaining(sketches, refined, thinned, rng)
+    remaining = drop_interiors(remaining, thinned, rng, refined)
+    new = _refined(remaining, refined, thinned, scene, rng)
+    return without_doubles([*refined, *new], scene) if new else refined
 
 
 def _refined_on_wall(

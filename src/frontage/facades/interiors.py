@@ -1,5 +1,6 @@
 """Drop interiors: walls that were measured through the openings of a larger facade."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,7 +32,10 @@ _TALL = 0.5  # share of a front's height that its far side has, at least; walls 
 
 
 def drop_interiors(
-    candidates: list[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
+    candidates: list[FacadeCandidate],
+    scene: FacadeScene,
+    rng: np.random.Generator,
+    known: Sequence[FacadeCandidate] = (),
 ) -> list[FacadeCandidate]:
     """Removes walls most of whose points lie behind a larger facade and were seen through its openings.
 
@@ -48,11 +52,13 @@ def drop_interiors(
     - Any other wall behind a larger one stands outside only if open ground lies before it.
     - In a cloud that was cut out without its ground, a wall also stands outside if it is the far side of a
       tower (it faces away, is tall, and has nothing built before it) and no sensor place explains it.
+
+    known  walls that are facades, which may show interiors as well
     """
     kept = []
     for inner in candidates:
         rows = sample_rays(inner.wall.inliers, rng)
-        others = (outer for outer in candidates if outer is not inner)
+        others = (outer for outer in (*known, *candidates) if outer is not inner)
         if not any(_is_interior(outer, inner, rows, scene) for outer in others):
             kept.append(inner)
     return kept

@@ -1,5 +1,6 @@
 """Search a building for wall planes one after another, each on the points that the others leave."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,17 +32,34 @@ def search_candidates(scene: FacadeScene, rng: np.random.Generator) -> list[Faca
 
     The search ends when no plane holds enough points for a facade, or after three rejected planes in a row.
     """
+    thin = np.take(scene.cloud.xyz, scene.cloud.thin, axis=0)
+    return search_among(thin, np.ones(len(thin), np.bool_), (), is_no_layer, scene, rng)
+
+
+def search_among(
+    thin: Float,
+    own: Bool,
+    known: Sequence[FacadeCandidate],
+    is_new: Callable[[FacadeCandidate, Sequence[FacadeCandidate], FacadeScene], bool],
+    scene: FacadeScene,
+    rng: np.random.Generator,
+) -> list[FacadeCandidate]:
+    """Searches some of the thinned points (n, 3) m for walls besides those that are known.
+
+    own     (n,) the points that are searched; the others tell whether a wall stands out from them
+    is_new  decides whether a wall is one of its own, given the facades that are known by then
+    """
     cloud, options = scene.cloud, scene.options
-    thin = np.take(cloud.xyz, cloud.thin, axis=0)
     rise = stack_rise(thin, cloud.cell)
     if options.levelled:  # ground and roofs do not rise
-        thin, rise = thin[rise >= _LEAST_RISE], rise[rise >= _LEAST_RISE]
+        rises = rise >= _LEAST_RISE
+        thin, own, rise = thin[rises], own[rises], rise[rises]
     everything = thin
-    accepted: list[FacadeCandidate] = []
+    thin, rise = thin[own], rise[own]
+    accepted = list(known)
     rejected = 0
     while rejected < _PATIENCE and len(accepted) < options.max_facades and len(thin) > 10:
-        largest = max((facade.cells.area for facade in accepted), default=0.0)
-        least = max(options.min_area, options.min_share * largest)
+        least = least_area(accepted, options)
         found = search_plane(thin, rise, cloud, options, rng)
         if found is None:
             break
@@ -52,14 +70,10 @@ def search_candidates(scene: FacadeScene, rng: np.random.Generator) -> list[Faca
         is_wall = candidate is not None and _stands_out(candidate, everything, cloud)
         used = plane.own if candidate is None else plane.own | _claimed(candidate, thin, is_wall, options)
         rejected = 0 if is_wall else rejected + 1
-        if (
-            candidate is not None
-            and is_wall
-            and not _is_layer_of_any(candidate, accepted, least, cloud, options)
-        ):
+        if candidate is not None and is_wall and is_new(candidate, accepted, scene):
             accepted.append(candidate)
         thin, rise = thin[~used], rise[~used]
-    return accepted
+    return accepted[len(known) :]
 
 
 def _large_candidate(
@@ -72,6 +86,12 @@ def _large_candidate(
         plane.normal, plane.point, sigma=plane.sigma, votes=thin[plane.own], scene=scene, rng=rng
     )
     return candidate if candidate is not None and is_large(candidate.cells, least) else None
+
+
+def least_area(known: Sequence[FacadeCandidate], options: FacadeOptions) -> float:
+    """Returns the area, m2, that a wall needs beside known facades."""
+    largest = max((facade.cells.area for facade in known), default=0.0)
+    return max(options.min_area, options.min_share * largest)
 
 
 def is_large(cells: CellMap, least: float) -> bool:
@@ -101,10 +121,10 @@ def _claimed(candidate: FacadeCandidate, thin: Float, is_wall: bool, options: Fa
     """Returns which points (n, 3) a candidate uses up: its relief and, for a wall, its whole prism."""
     q = candidate.wall.coordinates(thin)
     used: Bool = (np.abs(q[:, 1]) < RELIEF_M) & candidate.cells.within(q[:, 0], q[:, 2])
-    return used | _in_prism(q, candidate, options, candidate.cells.shrunk(_END_M)) if is_wall else used
+    return used | in_prism(q, candidate, options, candidate.cells.shrunk(_END_M)) if is_wall else used
 
 
-def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions, where: Bool | None = None) -> Bool:
+def in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions, where: Bool | None = None) -> Bool:
     """Returns which points (n, 3) m, facade coordinates, are balconies, recesses and bays of a facade.
 
     `where` (h, w) leaves out its ends where the next face, round the corner, may stand.
@@ -113,24 +133,19 @@ def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions, where: 
     return np.asarray(deep & facade.cells.within(q[:, 0], q[:, 2], where), np.bool_)
 
 
-def _is_layer_of_any(
-    candidate: FacadeCandidate,
-    facades: list[FacadeCandidate],
-    least: float,
-    cloud: BuildingCloud,
-    options: FacadeOptions,
-) -> bool:
-    """Decides whether the candidate is parallel to accepted facades and lies within their prisms.
+def is_no_layer(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], scene: FacadeScene) -> bool:
+    """Decides whether the candidate is more than a parallel layer within the prisms of facades.
 
     Where a wall bends, the plane of the next part lies mostly in the prism of the part before, but it also
-    holds `least` m2 or more of wall outside. Such a plane is no layer.
+    holds enough wall for a facade outside. Such a plane is no layer.
     """
+    options = scene.options
     parallel = [f for f in facades if abs(candidate.wall.normal @ f.wall.normal) >= TOLERANCES.parallel_cos]
-    own = cloud.xyz[candidate.wall.inliers]
+    own = scene.cloud.xyz[candidate.wall.inliers]
     some = own[:: len(own) // MOST_RAYS + 1]
-    if not any(_in_prism(f.wall.coordinates(some), f, options).mean() > 0.5 for f in parallel):
-        return False
-    inside = np.any([_in_prism(f.wall.coordinates(own), f, options) for f in parallel], axis=0)
+    if not any(in_prism(f.wall.coordinates(some), f, options).mean() > 0.5 for f in parallel):
+        return True
+    inside = np.any([in_prism(f.wall.coordinates(own), f, options) for f in parallel], axis=0)
     q = candidate.wall.coordinates(own[~inside])
     beyond = replace(candidate.cells, whole=candidate.cells.marked(q[:, 0], q[:, 2]))
-    return not is_large(replace(beyond, wall=beyond.whole & beyond.wall), least)
+    return is_large(replace(beyond, wall=beyond.whole & beyond.wall), least_area(facades, options))

@@ -107,3 +107,18 @@ def test_a_strip_that_noise_interrupts_is_one_strip():
     noisy = replace(evidence, llr=np.where(noise[:, None], 6.0, evidence.llr))
     (strip,) = find_strips(beams, list(joinery_planes(beams, evidence)), [noisy])
     assert strip.z1 - strip.z0 > 0.9 * (HIGH - LOW)
+
+
+@pytest.mark.parametrize("shut", [0, 1])
+def test_a_strip_in_line_with_another_one_needs_no_frame_of_its_own(shut):
+    rows = [(LOW, 3.205), (3.295, HIGH)]
+    columns = [(1.5, 3.4), (4.6, 6.5)]
+    holes = [(x0, z0, x1, z1) for x0, x1 in columns for z0, z1 in rows]
+    strips = [box(x0, x1, 0.0, 0.3, 3.205, 3.295) for x0, x1 in columns]
+    fields = [(x0, LOW, x1, HIGH) for x0, x1 in columns]
+    x0, x1 = columns[shut]
+    curtain = [box(x0, x1, 0.13, 0.17, LOW, HIGH)]  # so near behind the frames that they do not stand out
+    joinery = [b for hole in holes for b in framed(hole, 0.12)]
+    places = found_in([*wall(fields), *strips, *joinery, *curtain])
+    assert len(places) == 4
+    assert max(np.abs(places - hole).max(1).min() for hole in holes) < 0.03

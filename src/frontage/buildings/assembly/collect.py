@@ -7,7 +7,7 @@ import numpy as np
 
 from frontage.buildings.assembly.segments import SegmentedStreet
 from frontage.buildings.cloud import StreetCloud
-from frontage.buildings.fronts.lines import StreetFront
+from frontage.buildings.fronts.front import StreetFront
 from frontage.buildings.groups import grouped, mean_of
 from frontage.buildings.split.maps import footprint_of
 from frontage.geometry.arrays import Bool, Float, Int, distinct

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from frontage.buildings.fronts.lines import StreetFront
+from frontage.buildings.fronts.front import StreetFront
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
 from frontage.buildings.groups import grouped
 from frontage.buildings.split.find import Cut, segment_of

@@ -6,8 +6,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.buildings.cloud import StreetCloud
-from frontage.buildings.fronts.lines import StreetFront, draw_fronts
-from frontage.buildings.fronts.street_side import face_street
+from frontage.buildings.fronts.front import StreetFront
+from frontage.buildings.fronts.lines import draw_fronts
+from frontage.buildings.fronts.street_side import opaque_side
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.geometry.arrays import Int
 
@@ -35,8 +36,11 @@ def find_fronts(cloud: StreetCloud, walls: WallMap) -> StreetFronts:
     of_cell = owner[cKDTree(walls.xy).query(level.mean[:, :2])[1]]
     turned = []
     for f, front in enumerate(found):
+        if front.faces_street:
+            turned.append(front)
+            continue
         s, d = front.coordinates(level.mean[:, :2])
         near = (of_cell == f) & (s > front.lo) & (s < front.hi) & (np.abs(d) < cloud.options.max_depth)
         s, d = np.where(near, s, np.nan), np.where(near, d, np.nan)
-        turned.append(face_street(front, cloud, walls, s, d))
+        turned.append(front.facing(opaque_side(cloud, walls, s, d) or 1.0))
     return StreetFronts(tuple(turned), of_cell)

@@ -1,10 +1,12 @@
 """Draw lines through the wall columns of each block: the street fronts in plan."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from frontage.buildings.cloud import StreetCloud
+from frontage.buildings.fronts.front import StreetFront
+from frontage.buildings.fronts.street_side import measured_side
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
@@ -21,41 +23,11 @@ _STREET_M = 2.0  # m of measured ground that separate a column from a front
 _PATH_STEP_M = 0.5  # m between the places where ground is looked for
 
 
-@dataclass(frozen=True, eq=False)
-class StreetFront:
-    """A street front in plan.
-
-    origin   (2,) m local; the front's line is ``origin + s * along`` for s from `lo` to `hi` m
-    along    (2,) unit; `out` (2,) unit, across it
-    members  (k,) wall columns of the front; `block` they belong to
-
-    Once `face_street` has turned the front, `out` points to the street and `along` to the right as seen
-    from there.
-    """
-
-    origin: Float
-    along: Float
-    out: Float
-    lo: float
-    hi: float
-    members: Int
-    block: int
-
-    @property
-    def length(self) -> float:
-        """Length of the front, m."""
-        return self.hi - self.lo
-
-    def coordinates(self, xy: Float) -> tuple[Float, Float]:
-        """Returns s along the front and distance d in front of it, (n,) m each, of points (n, 2) m local."""
-        q = xy - self.origin
-        return q @ self.along, q @ self.out
-
-
 def draw_fronts(cloud: StreetCloud, walls: WallMap) -> list[StreetFront]:
     """Draws the fronts of every block, the one with most wall first.
 
-    Each front takes the columns behind it that no street separates from it.
+    Each front faces its street where that is measured, and takes the columns behind it that no street
+    separates from it.
     """
     fronts: list[StreetFront] = []
     for block in range(int(walls.block.max()) + 1 if len(walls.block) else 0):
@@ -64,9 +36,10 @@ def draw_fronts(cloud: StreetCloud, walls: WallMap) -> list[StreetFront]:
             front = _next_front(walls, free, block, cloud.tree.level.size)
             if front is None:
                 break
+            front = front.facing(measured_side(front, cloud))
             behind = _absorbed(walls.xy[free], front, cloud)
             taken = np.union1d(front.members, free[behind])
-            fronts.append(StreetFront(front.origin, front.along, front.out, front.lo, front.hi, taken, block))
+            fronts.append(replace(front, members=taken))
             free = np.setdiff1d(free, taken, assume_unique=True)
     return fronts
 
@@ -123,11 +96,13 @@ def _heaviest_run(s: Float, weight: Float, band: Bool, gap: float) -> Int:
 def _absorbed(xy: Float, front: StreetFront, cloud: StreetCloud) -> Bool:
     """Returns the columns (k,) beside a front that belong to it.
 
-    They lie within the depth of a building, with less than 2 m of measured ground between.
+    They lie within the depth of a building, with less than 2 m of measured ground between. What stands
+    before a front that faces its street is part of it as far as parallel walls are.
     """
     s, d = front.coordinates(xy)
     depth = cloud.options.max_depth
-    reach = (s > front.lo - _BESIDE_M) & (s < front.hi + _BESIDE_M) & (np.abs(d) < depth)
+    before = _BAND_M if front.faces_street else depth
+    reach = (s > front.lo - _BESIDE_M) & (s < front.hi + _BESIDE_M) & (d > -depth) & (d < before)
     if cloud.ground is None:
         return reach
     index = np.flatnonzero(reach)

@@ -6,8 +6,8 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.buildings.cloud import StreetCloud
+from frontage.buildings.fronts.front import StreetFront
 from frontage.buildings.fronts.leaves import FrontLeaves, LeafColour
-from frontage.buildings.fronts.lines import StreetFront
 from frontage.buildings.fronts.signals import (
     PROUD_M,
     colour_per_bin,

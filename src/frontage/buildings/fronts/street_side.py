@@ -3,7 +3,7 @@
 import numpy as np
 
 from frontage.buildings.cloud import StreetCloud
-from frontage.buildings.fronts.lines import StreetFront
+from frontage.buildings.fronts.front import StreetFront
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.geometry.arrays import Float, drawn
 from frontage.model.masonry import MASONRY
@@ -15,20 +15,12 @@ _MOST_POINTS = 20_000  # points whose rays are examined
 _FEWEST_CELLS = 20  # on one side, before their share says anything
 
 
-def face_street(front: StreetFront, cloud: StreetCloud, walls: WallMap, s: Float, d: Float) -> StreetFront:
-    """Turns a front: `out` to the street, `along` to the right as seen from there, s counted accordingly.
+def measured_side(front: StreetFront, cloud: StreetCloud) -> float:
+    """Returns the side of a front on which its street lies, +1 along `out` or -1 against it; 0: unknown.
 
-    The rays tell the side where points know theirs, else measured ground does, else opacity: nothing is seen
-    *behind* a closed piece of wall, so the side with more cells projecting onto closed wall is the street.
-
-    s, d  (m,) m, coordinates of all coarse cells in the front's frame, NaN for cells that are not near it
+    The rays tell it where points know theirs, else measured ground does.
     """
-    side = _by_rays(front, cloud) or _by_ground(front, cloud) or _by_opacity(cloud, walls, s, d) or 1.0
-    out = front.out * side
-    along = np.array([-out[1], out[0]])
-    flip = float(along @ front.along)
-    lo, hi = sorted((flip * front.lo, flip * front.hi))
-    return StreetFront(front.origin, along, out, lo, hi, front.members, front.block)
+    return _by_rays(front, cloud) or _by_ground(front, cloud)
 
 
 def _by_rays(front: StreetFront, cloud: StreetCloud) -> float:
@@ -58,8 +50,14 @@ def _by_ground(front: StreetFront, cloud: StreetCloud) -> float:
     return float(np.sign(plus - minus)) if max(plus, minus) > 1.5 * min(plus, minus) + 4 else 0.0
 
 
-def _by_opacity(cloud: StreetCloud, walls: WallMap, s: Float, d: Float) -> float:
-    """Returns +1 or -1 by the side whose cells project onto closed wall more often; 0 if undecided."""
+def opaque_side(cloud: StreetCloud, walls: WallMap, s: Float, d: Float) -> float:
+    """Returns the side of a front before which its wall is opaque, +1 or -1; 0: undecided.
+
+    Nothing is seen *behind* a closed piece of wall, so the side with more cells that project onto closed wall
+    is the street.
+
+    s, d  (m,) m, coordinates of all coarse cells in the front's frame, NaN for cells that are not near it
+    """
     near = np.isfinite(d)
     if not near.any():
         return 0.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from frontage.buildings.fronts.lines import StreetFront
+from frontage.buildings.fronts.front import StreetFront
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model import Footprint

@@ -35,6 +35,7 @@ def find_strips(
 ) -> tuple[Post, ...]:
     """Finds the upright and lying strips of wall between openings, as posts that are level with the wall.
 
+    A strip shows the frames behind it on both sides, or lies in one line with a strip that does.
     `evidences` are those of the wall on several rasters, most of which must show a strip. Only known lines of
     sight tell strips from what stands before an opening.
     """
@@ -45,12 +46,33 @@ def find_strips(
     for turn in (_UPRIGHT, _LYING):
         through = _sorted(np.vstack([beams.open.T[turn], beams.open_depth]))
         solid, joinery = _sorted(beams.solid.T[turn]), [_sorted(own[turn]) for own in frames]
-        rasters = []
-        for evidence in evidences:
-            strips = [_turned(s, turn) for s in _strips(solid, through, joinery, evidence, turn)]
-            rasters.append([Post(*s, beams.depth_at(*_middle(s)).item(), level=True) for s in strips])
-        found += [rasters[k][number] for (k, number), *_ in same_on_most(rasters)]
+        rasters = [
+            [(_level_post(beams, _turned(box, turn)), is_framed) for box, is_framed in strips]
+            for strips in (_strips(solid, through, joinery, evidence, turn) for evidence in evidences)
+        ]
+        sure = _on_most([[post for post, is_framed in posts if is_framed] for posts in rasters])
+        likely = _on_most([[post for post, _ in posts] for posts in rasters])
+        found += sure
+        found += [
+            p for p in likely if any(_in_line(p, s, turn) for s in sure) and not any(p.meets(s) for s in sure)
+        ]
     return tuple(found)
+
+
+def _level_post(beams: Beams, box: Box) -> Post:
+    """Returns a strip of wall as a post that is level with the wall."""
+    return Post(*box, beams.depth_at(*_middle(box)).item(), level=True)
+
+
+def _on_most(rasters: Sequence[Sequence[Post]]) -> list[Post]:
+    """Returns the strips that most rasters show, as the first of them shows them."""
+    return [rasters[k][number] for (k, number), *_ in same_on_most(rasters)]
+
+
+def _in_line(post: Post, other: Post, turn: slice) -> bool:
+    """Returns whether two strips lie in one line: most of their widths is the same."""
+    (a0, _, a1, _), (b0, _, b1, _) = (_turned((p.x0, p.z0, p.x1, p.z1), turn) for p in (post, other))
+    return 2.0 * (min(a1, b1) - max(a0, b0)) > max(a1 - a0, b1 - b0)
 
 
 def _turned(box: Box, turn: slice) -> Box:
@@ -66,8 +88,10 @@ def _middle(box: Box) -> tuple[Float, Float]:
 
 def _strips(
     solid: Float, through: Float, joinery: Sequence[Float], evidence: Evidence, turn: slice
-) -> Iterator[Box]:
-    """Yields the strips x0, z0, x1, z1 m of one direction. For lying ones x and z change places.
+) -> Iterator[tuple[Box, bool]]:
+    """Yields the strips x0, z0, x1, z1 m of one direction, and whether wall and frames are seen around each.
+
+    For lying ones x and z change places.
 
     `solid` (2, n) m are the places of the points on the wall, `through` (3, m) m those of the beams that
     crossed it, with the depths where they ended, and `joinery` (2, k) m those of the points on planes of
@@ -81,8 +105,9 @@ def _strips(
     between = ndimage.binary_closing(between, np.ones((long, 1), np.bool_))  # noise interrupts it
     for rows, columns in ndimage.find_objects(ndimage.label(between)[0]):
         ends = [open_[max(r, 0) : r + 2, columns] for r in (rows.start - 2, rows.stop)]
-        if (rows.stop - rows.start) * cell < _LONG or any(end.all() for end in ends if end.size):
+        if (rows.stop - rows.start) * cell < _LONG:
             continue
+        ends_in_wall = not any(end.all() for end in ends if end.size)
         x0, z0, x1, z1 = (
             corner + np.array([columns.start, rows.start, columns.stop, rows.stop]) * cell
         ).tolist()
@@ -92,15 +117,15 @@ def _strips(
             continue
         x0, x1 = across
         panes = [(a, z0, b, z1) for a, b in beside(x0, x1)]
-        deep = all(_is_deep(pane, solid, through) for pane in panes)
+        if not all(_is_deep(pane, solid, through) for pane in panes):
+            continue
         sides = [(x0 - _FRAME, z0, x0, z1), (x1, z0, x1 + _FRAME, z1)]
-        framed = any(
+        is_framed = ends_in_wall and any(
             _share(own, side, due) > FULL > _share(own, pane, due)
             for own in joinery
             for side, pane in zip(sides, panes, strict=True)
         )
-        if deep and framed:
-            yield x0, z0, x1, z1
+        yield (x0, z0, x1, z1), is_framed
 
 
 def _is_deep(pane: Box, solid: Float, through: Float) -> bool:
