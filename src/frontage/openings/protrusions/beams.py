@@ -70,13 +70,15 @@ class FacadeBeams:
             (numbers[slice(*on_wall.searchsorted([box[k] - reach, box[k + 2] + reach]))], steep)
             for k, (on_wall, numbers, steep) in enumerate(self._by_place)
         ]
-        some = np.sort(np.concatenate(min(by_axis, key=lambda found: len(found[0]) + len(found[1]))))
+        some = np.concatenate(min(by_axis, key=lambda found: len(found[0]) + len(found[1])))
         depth = self.q[1].take(some)
         x, z = (q.take(some) for q in self.q[::2])
         if self._rays:
             x, z = (v + slope.take(some) * (y - depth) for v, slope in zip((x, z), self.slope, strict=True))
         inside = (x >= box[0] - margin) & (x <= box[2] + margin)
         inside &= (z >= box[1] - margin) & (z <= box[3] + margin)
+        inside = np.flatnonzero(inside)
+        inside = inside[np.argsort(some[inside])]  # the order does not depend on the axis
         return np.column_stack([x[inside], z[inside]]), depth[inside]
 
     @cached_property
