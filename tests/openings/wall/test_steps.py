@@ -22,8 +22,9 @@ def ground_floor():
     return [box(0.0, 8.0, 0.0, 0.5, STEP, 9.0), *piers, *bands, box(0.0, 8.0, PANE, 0.5, FOOT, HEAD)]
 
 
-def test_the_wall_has_the_depth_of_its_own_tiles_on_both_sides_of_a_step():
-    facade, scan = scanned(wall=ground_floor())
+@pytest.mark.parametrize("rays", [True, False])
+def test_the_wall_has_the_depth_of_its_own_tiles_on_both_sides_of_a_step(rays):
+    facade, scan = scanned(wall=ground_floor(), rays=rays)
     found = find_openings(facade, scan)
     assert isinstance(found, FoundOpenings)
     x = np.array([0.15, 1.5, 4.0, 6.5, 7.85])
@@ -32,7 +33,8 @@ def test_the_wall_has_the_depth_of_its_own_tiles_on_both_sides_of_a_step():
     assert np.abs(beams.depth_at(x, np.full(5, STEP - 0.3)) - BACK).max() < 0.02
 
 
-def test_a_pier_of_a_set_back_ground_floor_is_wall_though_a_room_is_seen_behind_it():
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_pier_of_a_set_back_ground_floor_is_wall_though_a_room_is_seen_behind_it(rays):
     """Beams through the windows beside a pier end behind it, in as many depths as the room is deep."""
     rng = np.random.default_rng(0)
     upper = rng.uniform((0.0, -0.005, STEP), (8.0, 0.005, 6.0), (20_000, 3))
@@ -40,7 +42,7 @@ def test_a_pier_of_a_set_back_ground_floor_is_wall_though_a_room_is_seen_behind_
     lower = rng.uniform((0.0, BACK - 0.005, 0.0), (8.0, BACK + 0.005, STEP), (60_000, 3))
     in_window = np.any([(lower[:, 0] > a) & (lower[:, 0] < b) for a, b in WINDOWS], axis=0)
     raster = WallRaster((0.0, 0.0), TILE, (24, 32))
-    depth = wall_depth(np.vstack([upper, room, lower[~in_window]]), raster, 0.005)
+    depth = wall_depth(np.vstack([upper, room, lower[~in_window]]), raster, 0.005, rays)
     x = np.array([0.15, 2.8, 5.3, 7.85])
     assert np.abs(value_at(depth, raster, x, np.full(4, 2.6)) - BACK).max() < 0.02
     assert np.abs(value_at(depth, raster, x, np.full(4, 3.6))).max() < 0.02

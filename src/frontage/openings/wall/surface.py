@@ -34,8 +34,8 @@ def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = Tr
     """
     own, area, y, slack = _areas(xyz, raster, roughness)
     wall = _without_recesses(_chosen(area, y, slack, rays), own, y, slack)
-    if rays:
-        wall = _stepped(wall, own, y, slack)
+    stepped = _stepped(wall, own, y, slack)
+    wall = stepped if rays else np.where(_set_back_foot(stepped, slack), stepped, wall)
     return _refined(wall, xyz, raster, slack)
 
 
@@ -141,6 +141,21 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     stepped = np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
     # panes and frames may happen to lie as deep as the wall further back
     return _without_openings(_nearer(stepped, own, y, slack), slack)
+
+
+def _set_back_foot(wall: Float, slack: float) -> Bool:
+    """Returns the tiles (h, w) of a ground floor behind the plane, no deeper than fittings are thick.
+
+    It is wider than any opening, and there is a storey above it. Higher up, panes and curtains may be as full
+    as a wall where no line of sight tells them apart.
+    """
+    labels, _ = ndimage.label((wall > slack) & (wall <= FITTING + slack))
+    wide, below = int(MASONRY.largest_opening / TILE), len(wall) - int(MASONRY.room_height / TILE)
+    found = np.zeros(wall.shape, np.bool_)
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        if rows.start == 0 and rows.stop <= below and columns.stop - columns.start > wide:
+            found |= labels == number
+    return found
 
 
 def _nearer(wall: Float, own: Array, y: Float, slack: float) -> Float:
