@@ -23,7 +23,7 @@ from frontage.solids.options import BuildOptions
 _SLIT_M = 0.01  # m, half the width of slits that are closed
 _FIN_M = 0.05  # m, half the width of what juts out, at least: less is an error of the plan
 _LOST_M = 0.5  # m of wall that another facade may lose
-_LEAST_M2 = 0.5  # m2 of plan: less is an error of the plan
+_LEAST_M2 = 0.05  # m2 of plan, 5 cm over a metre: less is an error of the plan
 _MOST = 0.5  # share of an area that counts as most of it
 _LEVEL_M = 0.3  # m between the feet of storeys that are one: beams and the edges of soffits
 _ROUNDS = 2  # a front at a corner may reach over what another one has added
