@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from frontage.pipeline.clouds import Neighbourhoods, thin
 
@@ -42,3 +43,15 @@ def test_surroundings_are_the_points_in_cells_within_reach_ascending():
     away = np.linalg.norm(xyz[:, None, :2] - xyz[own, :2], axis=2).min(1)
     assert np.all(np.diff(near) > 0)
     assert set(np.flatnonzero(away < 3.0)) <= set(near) <= set(np.flatnonzero(away < 8.0))
+
+
+def test_what_remains_of_the_surroundings_depends_on_no_order_and_leaves_no_voxel_empty(monkeypatch):
+    monkeypatch.setattr("frontage.pipeline.clouds._MANY", 2000)
+    rng = np.random.default_rng(0)
+    xyz = rng.uniform(0.0, (6.0, 6.0, 0.5), (40_000, 3))
+    kept = Neighbourhoods(xyz).thinned(np.arange(len(xyz)))
+    turn = rng.permutation(len(xyz))
+    again = turn[Neighbourhoods(xyz[turn]).thinned(np.arange(len(xyz)))]
+    assert np.array_equal(np.sort(again), kept)
+    assert len(kept) < 0.9 * len(xyz)
+    assert cKDTree(xyz[kept]).query(xyz)[0].max() < 0.05 * np.sqrt(3.0)

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from frontage.geometry.arrays import Float, Int, distinct, drawn, extent, sorted_groups
+from frontage.geometry.arrays import Bool, Float, Int, distinct, drawn, extent, sorted_groups
 from frontage.model import Scan
 
 REACH = 15.0  # m; across a street: what can hide a facade, and the ground it stands on
@@ -69,6 +70,7 @@ class Neighbourhoods:
     """Plan cells of a cloud, sorted once, so that the surroundings of one building cost what they hold."""
 
     def __init__(self, xyz: Float) -> None:
+        self._xyz = xyz
         x, y = (_steps(xyz[:, axis], np.floor(xyz[:, axis].min()) - REACH - 2 * _CELL) for axis in (0, 1))
         self._rows = int(y.max()) + 2 * int(REACH / _CELL) + 8
         x *= self._rows
@@ -76,6 +78,24 @@ class Neighbourhoods:
         self._cell = x
         self._order, _ = sorted_groups(x)
         self._sorted = x[self._order]
+
+    def thinned(self, index: Int) -> Int:
+        """Returns those of the points (n,) that remain when the whole cloud is thinned to 5 cm."""
+        return index[self._remains[index]]
+
+    @cached_property
+    def _remains(self) -> Bool:
+        """Which points (n,) remain. Plan cells are thinned together, as many as hold a million points."""
+        remains = np.zeros(len(self._order), np.bool_)
+        first = np.flatnonzero(np.diff(self._sorted, prepend=-1))
+        start = 0
+        while start < len(remains):
+            after = int(np.searchsorted(first, start + _MANY))
+            stop = int(first[after]) if after < len(first) else len(remains)
+            rows = self._order[start:stop]
+            remains[rows[thin(np.take(self._xyz, rows, axis=0), _VOXEL)]] = True
+            start = stop
+        return remains
 
     def around(self, index: Int, reach: float = REACH) -> Int:
         """Indices (k,) ascending of all points in plan cells within `reach` m of those at `index`."""
@@ -116,7 +136,7 @@ def working_cloud(scan: Scan, neighbourhoods: Neighbourhoods, index: Int) -> tup
     near = neighbourhoods.around(index)
     other = near[~own[near]]
     if len(other) > _MANY:
-        other = other[thin(np.take(scan.xyz, other, axis=0), _VOXEL)]
+        other = neighbourhoods.thinned(other)
     held = own.copy()
     held[other] = True
     kept = np.flatnonzero(held)
