@@ -64,9 +64,8 @@ def find_facades(
         thinned = replace(scene, cloud=scene.cloud.bounded())
         candidates = search_candidates(thinned, rng)
         candidates = drop_interiors(with_sides_of_corners(candidates), thinned, rng)
-        refined = _with_remaining(
-            candidates, _refined(candidates, (), thinned, scene, rng), thinned, scene, rng
-        )
+        refined = _refined(candidates, (), thinned, scene, rng)
+        refined = _with_remaining(candidates, refined, thinned, scene, rng)
         candidates, arcades = with_open_arcades(refined, scene, rng)
         candidates = without_overlaps(candidates, arcades)
     if not candidates:

@@ -18,7 +18,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY, TOLERANCES
 
 _MOST = 0.5  # share of a wall that counts as most of it
-_END = 0.1  # share of a wall's points at either end that tell nothing of its slant
+_END = 0.1  # share of a wall's points at either end that do not tell how far it reaches
 _COLUMN_M = 1.0  # m, width of the columns of a facade whose depths are compared
 
 
@@ -102,15 +102,23 @@ def _in_bent_columns(thin: Float, facades: Sequence[FacadeCandidate], scene: Fac
 def _slants(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], scene: FacadeScene) -> bool:
     """Decides whether a wall slants from all facades that it is nearly parallel to, and leaves their relief.
 
-    A parallel layer, such as the front of a balcony, belongs to the facade behind it.
+    A parallel layer, such as the front of a balcony, belongs to the facade behind it, and so does what is no
+    wider than an opening: the side of a bay, the end of a rounded corner.
     """
     own = scene.cloud.xyz[candidate.wall.inliers]
     own = own[:: len(own) // MOST_RAYS + 1]
+    if _span(candidate.wall.coordinates(own)[:, 0]) <= (1.0 - 2.0 * _END) * MASONRY.largest_opening:
+        return False
     for facade in facades:
         if abs(candidate.wall.normal @ facade.wall.normal) < TOLERANCES.parallel_cos:
             continue
         depth = facade.wall.coordinates(own)[:, 1]
-        low, high = np.quantile(depth, (_END, 1.0 - _END))
-        if high - low < MASONRY.step_out or max(-low, high) < RELIEF_M:
+        leaves = np.quantile(np.abs(depth), 1.0 - _END) > RELIEF_M
+        if _span(depth) < MASONRY.step_out or not leaves:
             return False
     return True
+
+
+def _span(values: Float) -> float:
+    """Returns how far values (n,) spread without the tenths at both ends."""
+    return float(np.ptp(np.quantile(values, (_END, 1.0 - _END))))
