@@ -1,5 +1,6 @@
 """What no user means to give: one sentence each, exit code 1, nothing half-written."""
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -74,6 +75,23 @@ def test_ctrl_c_while_python_still_imports_exits_130() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 130 and done.stderr == "interrupted\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_that_a_library_turns_into_its_own_error_is_one(number: signal.Signals) -> None:
+    code = (
+        "import signal, sys, click\n"
+        "from frontage.cli.main import main\n"
+        "def writing(*words, **rest):\n"
+        "    try:\n"
+        f"        signal.raise_signal({int(number)})\n"
+        "    except KeyboardInterrupt:\n"
+        "        raise OSError('Failed to call write') from None\n"
+        "click.Group.main = writing\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 130 and done.stderr.startswith("interrupted;")
 
 
 def test_warnings_are_told_with_quiet_and_fail_with_strict(

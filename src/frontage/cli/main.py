@@ -78,34 +78,51 @@ class LazyGroup(click.Group):
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command line and exit; no traceback reaches the user unless -v asks for it."""
         kwargs["standalone_mode"] = False
-        with suppress(ValueError):  # handlers can only be set in the main thread
-            signal.signal(signal.SIGTERM, _interrupt)
+        interrupted = _interruptions()
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
             error.show()
             code = error.exit_code
         except (KeyboardInterrupt, click.Abort):
-            click.echo("interrupted; the same command goes on where it was", err=True)
-            code = 130
-        except FrontageError as error:
-            click.echo(f"frontage: {error} [{error.code}]", err=True)
-            code = 1
+            code = _interrupt()
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             code = 1
-        except Exception as error:
-            code = _bug(error)
+        except Exception as error:  # compiled libraries turn an interruption into an error of their own
+            code = _interrupt() if interrupted else _failure(error)
         sys.exit(code if isinstance(code, int) else 0)
 
 
-def _interrupt(number: int, frame: object) -> None:
-    """SIGTERM ends a run as Ctrl-C does."""
-    raise KeyboardInterrupt
+def _interruptions() -> list[int]:
+    """Returns the list to which Ctrl-C and SIGTERM, which end a run alike, add their numbers from now on."""
+    numbers: list[int] = []
+
+    def interrupt(number: int, frame: object) -> None:
+        numbers.append(number)
+        raise KeyboardInterrupt
+
+    with suppress(ValueError):  # handlers can only be set in the main thread
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:  # as in the background of a shell
+                signal.signal(number, interrupt)
+    return numbers
 
 
-def _bug(error: Exception) -> int:
-    """An error that nobody foresaw: one sentence, or the traceback with -v."""
+def _interrupt() -> int:
+    """Says that the run was interrupted; returns the exit code."""
+    click.echo("interrupted; the same command goes on where it was", err=True)
+    return 130
+
+
+def _failure(error: Exception) -> int:
+    """Says what went wrong; returns the exit code.
+
+    An error that nobody foresaw is told in one sentence, or with its traceback with -v.
+    """
+    if isinstance(error, FrontageError):
+        click.echo(f"frontage: {error} [{error.code}]", err=True)
+        return 1
     if logging.getLogger("frontage").isEnabledFor(logging.INFO):
         import traceback
 
