@@ -62,6 +62,13 @@ def test_a_deep_entrance_is_closed_along_the_wall_beside_it(off: float, deep: fl
     assert _plan(plan, _front(off)).symmetric_difference(HOUSE).area < 0.01
 
 
+@pytest.mark.parametrize("deep", [0.08, 0.12])
+def test_a_notch_of_a_few_centimetres_is_closed_so_that_no_opening_falls_into_two_walls(deep: float) -> None:
+    plan = HOUSE - box(7.0, 0.0, 8.0, deep)
+    assert _plan(plan, _front(0.05)).symmetric_difference(HOUSE).area < 0.01
+    _block(plan, _front(0.05))
+
+
 def test_the_wall_above_a_passage_is_built_with_the_yard_behind_it() -> None:
     passage = box(4.0, 0.0, 7.0, 8.0)
     found = _plan(HOUSE - passage, _front(0.1))
