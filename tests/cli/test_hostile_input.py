@@ -82,6 +82,7 @@ def test_an_interruption_that_a_library_turns_into_its_own_error_is_one(number: 
     code = (
         "import signal, sys, click\n"
         "from frontage.cli.main import main\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background of a shell\n"
         "def writing(*words, **rest):\n"
         "    try:\n"
         f"        signal.raise_signal({int(number)})\n"
