@@ -105,6 +105,12 @@ def sample_rays(rows: Int, rng: np.random.Generator) -> Int:
     return rows if len(rows) <= MOST_RAYS else np.asarray(rows[rng.integers(0, len(rows), MOST_RAYS)])
 
 
+def some_inliers(candidate: FacadeCandidate, cloud: BuildingCloud) -> Float:
+    """Returns points (n, 3) m local of a wall of this cloud: every so many of them, `MOST_RAYS` at most."""
+    rows = candidate.wall.inliers
+    return cloud.xyz[rows[:: len(rows) // MOST_RAYS + 1]]
+
+
 def _in_wall_frame(cells: CellMap, slab: Slab, wall: WallPlane) -> tuple[CellMap, Slab]:
     """Moves cells and points from the slab's frame to the wall's own."""
     x, _, z = slab.axes.T @ (wall.point - slab.point)

@@ -1,14 +1,14 @@
 """Find the walls that remain when the first ones have been refined.
 
-A sketch claims everything near its plane. Once it is refined, part of that turns out to be none of its wall:
-what lies beyond a gap, and what slants from its plane.
+A sketch claims everything near its plane. Two things in it do not belong to its wall: what lies beyond a gap,
+and what slants from its plane.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.facades.candidate import MOST_RAYS, FacadeCandidate
+from frontage.facades.candidate import FacadeCandidate, some_inliers
 from frontage.facades.cloud import columns
 from frontage.facades.options import FacadeOptions
 from frontage.facades.plane.connected import RELIEF_M
@@ -28,7 +28,7 @@ def search_remaining(
     scene: FacadeScene,
     rng: np.random.Generator,
 ) -> list[FacadeCandidate]:
-    """Finds the walls that sketches had claimed and that are no part of the refined walls.
+    """Finds the walls that were claimed by sketches but do not belong to the refined walls.
 
     A sketch may join walls on both sides of a gap, of which the refined wall is one. Where a front bends,
     planes on both sides of the bend may claim the part between them, although it slants from both.
@@ -51,14 +51,13 @@ def _are_claimed(xyz: Float, facades: Sequence[FacadeCandidate], options: Facade
 
 
 def without_doubles(walls: Sequence[FacadeCandidate], scene: FacadeScene) -> list[FacadeCandidate]:
-    """Returns the walls without those most of which lies on a larger one.
+    """Drops every wall that lies mostly on a larger one.
 
-    The gap between two parts of one plane may be closed for one of them only.
+    Two parts of one plane are such walls if the gap between them was closed for only one of them.
     """
     kept: list[FacadeCandidate] = []
     for wall in sorted(walls, key=lambda wall: -wall.cells.area):
-        own = scene.cloud.xyz[wall.wall.inliers]
-        own = own[:: len(own) // MOST_RAYS + 1]
+        own = some_inliers(wall, scene.cloud)
         if not any(_on_wall(larger, own).mean() > _MOST for larger in kept):
             kept.append(wall)
     return kept
@@ -105,8 +104,7 @@ def _slants(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], scen
     A parallel layer, such as the front of a balcony, belongs to the facade behind it, and so does what is no
     wider than an opening: the side of a bay, the end of a rounded corner.
     """
-    own = scene.cloud.xyz[candidate.wall.inliers]
-    own = own[:: len(own) // MOST_RAYS + 1]
+    own = some_inliers(candidate, scene.cloud)
     if _span(candidate.wall.coordinates(own)[:, 0]) <= (1.0 - 2.0 * _END) * MASONRY.largest_opening:
         return False
     for facade in facades:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from frontage.facades.candidate import MOST_RAYS, FacadeCandidate, sketch_candidate
+from frontage.facades.candidate import FacadeCandidate, sketch_candidate, some_inliers
 from frontage.facades.cells import CellMap
 from frontage.facades.cloud import BuildingCloud, columns
 from frontage.facades.options import FacadeOptions
@@ -44,10 +44,10 @@ def search_among(
     scene: FacadeScene,
     rng: np.random.Generator,
 ) -> list[FacadeCandidate]:
-    """Searches some of the thinned points (n, 3) m for walls besides those that are known.
+    """Searches some of the thinned points (n, 3) m for walls, and returns those that are not known yet.
 
     own     (n,) the points that are searched; the others tell whether a wall stands out from them
-    is_new  decides whether a wall is one of its own, given the facades that are known by then
+    is_new  decides whether a wall that was found is a new one, given the facades that are known by then
     """
     cloud, options = scene.cloud, scene.options
     rise = stack_rise(thin, cloud.cell)
@@ -141,10 +141,10 @@ def is_no_layer(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], 
     """
     options = scene.options
     parallel = [f for f in facades if abs(candidate.wall.normal @ f.wall.normal) >= TOLERANCES.parallel_cos]
-    own = scene.cloud.xyz[candidate.wall.inliers]
-    some = own[:: len(own) // MOST_RAYS + 1]
+    some = some_inliers(candidate, scene.cloud)
     if not any(in_prism(f.wall.coordinates(some), f, options).mean() > 0.5 for f in parallel):
         return True
+    own = scene.cloud.xyz[candidate.wall.inliers]
     inside = np.any([in_prism(f.wall.coordinates(own), f, options) for f in parallel], axis=0)
     q = candidate.wall.coordinates(own[~inside])
     beyond = replace(candidate.cells, whole=candidate.cells.marked(q[:, 0], q[:, 2]))

@@ -85,7 +85,7 @@ class Neighbourhoods:
 
     @cached_property
     def _remains(self) -> Bool:
-        """Which points (n,) remain. Plan cells are thinned together, as many as hold a million points."""
+        """Which points (n,) remain. As many plan cells as hold a million points are thinned at a time."""
         remains = np.zeros(len(self._order), np.bool_)
         first = np.flatnonzero(np.diff(self._sorted, prepend=-1))
         start = 0

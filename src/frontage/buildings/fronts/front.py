@@ -38,7 +38,11 @@ class StreetFront:
         return q @ self.along, q @ self.out
 
     def facing(self, side: float) -> "StreetFront":
-        """Returns the front turned to its street, on the side of `out` (+1), or across (-1); 0: unknown."""
+        """Returns the front turned so that `out` points to its street.
+
+        The street lies on the side of `out` (+1) or on the opposite side (-1). If the side is
+        unknown (0), the front stays as it is.
+        """
         if side == 0:
             return self
         out = self.out * side

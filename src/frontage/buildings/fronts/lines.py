@@ -96,8 +96,8 @@ def _heaviest_run(s: Float, weight: Float, band: Bool, gap: float) -> Int:
 def _absorbed(xy: Float, front: StreetFront, cloud: StreetCloud) -> Bool:
     """Returns the columns (k,) beside a front that belong to it.
 
-    They lie within the depth of a building, with less than 2 m of measured ground between. What stands
-    before a front that faces its street is part of it as far as parallel walls are.
+    They lie within the depth of a building, with less than 2 m of measured ground between. Once the street
+    side is known, columns on that side belong to the front only as far out as parallel walls do.
     """
     s, d = front.coordinates(xy)
     depth = cloud.options.max_depth

@@ -16,7 +16,7 @@ _FEWEST_CELLS = 20  # on one side, before their share says anything
 
 
 def measured_side(front: StreetFront, cloud: StreetCloud) -> float:
-    """Returns the side of a front on which its street lies, +1 along `out` or -1 against it; 0: unknown.
+    """Returns the side of a front on which its street lies, +1 along `out` or -1 against it; 0 if unknown.
 
     The rays tell it where points know theirs, else measured ground does.
     """
@@ -51,10 +51,10 @@ def _by_ground(front: StreetFront, cloud: StreetCloud) -> float:
 
 
 def opaque_side(cloud: StreetCloud, walls: WallMap, s: Float, d: Float) -> float:
-    """Returns the side of a front before which its wall is opaque, +1 or -1; 0: undecided.
+    """Returns the side of a front that is the street, +1 along `out` or -1 against it; 0 if undecided.
 
-    Nothing is seen *behind* a closed piece of wall, so the side with more cells that project onto closed wall
-    is the street.
+    Nothing is seen *behind* a closed piece of wall, so the street is on the side where more cells project
+    onto closed wall.
 
     s, d  (m,) m, coordinates of all coarse cells in the front's frame, NaN for cells that are not near it
     """

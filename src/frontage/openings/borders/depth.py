@@ -16,7 +16,7 @@ _FEW = 8  # points that a depth needs
 _SLACK = 0.1  # share of the width that borders may be off at most; ribbons are as well known as others
 AROUND = 1.2  # m around an opening within which beams determine its wall
 FRAME = (0.012, 0.05)
-"""The frame lies between these distances m from the borders. Reveals, and beams that hit both, lie nearer."""
+"""The frame shows between these distances (m) from a border. The reveal is seen nearer to the border."""
 
 BASE = 0.05
 """m by which the masonry of a ground floor may stand out before the wall"""

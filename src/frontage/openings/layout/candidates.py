@@ -100,7 +100,7 @@ def _rivals(
 def _behind_railings(
     boxes: Sequence[CellBox], gaps: Bool, evidence: Evidence, least: float, framed: Callable[[Int], Bool]
 ) -> list[CellBox]:
-    """Returns the boxes; those whose lower parts a railing hides go on downwards behind it.
+    """Lengthens the boxes whose lower parts are hidden by a railing, and returns all boxes.
 
     Most cells of each row there are open between the balusters, as `gaps` (h, w) tells; a handrail may cross
     them. The railing is at least as high as an opening, no other box lies behind it, and the longer box is

@@ -35,7 +35,7 @@ def find_strips(
 ) -> tuple[Post, ...]:
     """Finds the upright and lying strips of wall between openings, as posts that are level with the wall.
 
-    A strip shows the frames behind it on both sides, or lies in one line with a strip that does.
+    A strip shows a frame that lies behind it on one side at least, or lies in one line with such a strip.
     `evidences` are those of the wall on several rasters, most of which must show a strip. Only known lines of
     sight tell strips from what stands before an opening.
     """
@@ -89,9 +89,9 @@ def _middle(box: Box) -> tuple[Float, Float]:
 def _strips(
     solid: Float, through: Float, joinery: Sequence[Float], evidence: Evidence, turn: slice
 ) -> Iterator[tuple[Box, bool]]:
-    """Yields the strips x0, z0, x1, z1 m of one direction, and whether wall and frames are seen around each.
+    """Yields the strips x0, z0, x1, z1 m of one direction; for lying ones x and z change places.
 
-    For lying ones x and z change places.
+    Each comes with whether its ends meet wall and a frame lies behind it.
 
     `solid` (2, n) m are the places of the points on the wall, `through` (3, m) m those of the beams that
     crossed it, with the depths where they ended, and `joinery` (2, k) m those of the points on planes of
