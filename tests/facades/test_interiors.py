@@ -96,6 +96,18 @@ def test_sides_and_end_of_a_passage_are_no_facades():
     assert len(found) == 1
 
 
+def galleries(x, z):
+    """Solid parapets of three galleries one above another, on posts before the whole wall."""
+    parapet = (z % 3 > 2.8) | (z % 3 < 1.0)
+    return on_wall(x, z) & ((parapet & (z > 2.8)) | (np.abs((x + 7.5) % 3.7) < 0.2))
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_wall_behind_galleries_is_the_facade_and_their_fronts_are_none(rays):
+    rear = grid(np.random.default_rng(1), -7.4, 7.4, 0.0, 11.6, 1.4, 0.05)
+    assert depths(facades(galleries, rear, rays)) == [1.4]
+
+
 def low(x, z):
     return on_wall(x, z) & ~windows(x, z) & (z < 8.0)
 

@@ -13,6 +13,9 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _MOST = 0.5  # share that counts as most of it
 _FEW = 0.1  # share that counts as next to nothing
+# points in the way for every line of sight through it: columns behind the plane of a front return up to 0.3,
+# frames and panes of shop windows one or more
+_FREE = 0.3
 _PLACE_M = 0.5  # m, twice the distance of the surroundings' points, so that none is empty by chance
 _REVEAL_M = 0.3  # m beside a pier in which its own faces are seen
 
@@ -129,7 +132,7 @@ def _span(outer: FacadeCandidate, x: Float) -> Bool:
 def _is_free(outer: FacadeCandidate, lowest: Float, gates: Bool, through: int) -> bool:
     """Decides whether few points were measured in the gates, given how many lines of sight go `through`.
 
-    The faces of piers do not count.
+    The faces of piers do not count. Columns may stand somewhat behind the plane of the front.
     """
     q = outer.slab.q
     reach = int(np.ceil(_REVEAL_M / outer.cells.cell))
@@ -137,4 +140,4 @@ def _is_free(outer: FacadeCandidate, lowest: Float, gates: Bool, through: int) -
     column = _columns(outer, q[:, 0])
     below = lowest[column] - q[:, 2]
     inside = middle[column] & (below > _REVEAL_M) & (below < MASONRY.door_height)
-    return bool((inside & (np.abs(q[:, 1]) < MASONRY.relief)).sum() < _FEW * through)
+    return bool((inside & (np.abs(q[:, 1]) < MASONRY.relief)).sum() < _FREE * through)

@@ -137,7 +137,8 @@ def is_no_layer(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], 
     """Decides whether the candidate is more than a parallel layer within the prisms of facades.
 
     Where a wall bends, the plane of the next part lies mostly in the prism of the part before, but it also
-    holds enough wall for a facade outside. Such a plane is no layer.
+    holds enough wall for a facade beside it. Such a plane is no layer. What goes on above the prism does not
+    count: the parapets of galleries and balconies hide the wall behind them, and that of the top storey most.
     """
     options = scene.options
     parallel = [f for f in facades if abs(candidate.wall.normal @ f.wall.normal) >= TOLERANCES.parallel_cos]
@@ -145,7 +146,13 @@ def is_no_layer(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], 
     if not any(in_prism(f.wall.coordinates(some), f, options).mean() > 0.5 for f in parallel):
         return True
     own = scene.cloud.xyz[candidate.wall.inliers]
-    inside = np.any([in_prism(f.wall.coordinates(own), f, options) for f in parallel], axis=0)
+    inside = np.any([in_prism(f.wall.coordinates(own), _upright(f), options) for f in parallel], axis=0)
     q = candidate.wall.coordinates(own[~inside])
     beyond = replace(candidate.cells, whole=candidate.cells.marked(q[:, 0], q[:, 2]))
     return is_large(replace(beyond, wall=beyond.whole & beyond.wall), least_area(facades, options))
+
+
+def _upright(facade: FacadeCandidate) -> FacadeCandidate:
+    """Returns a facade of which the outline holds all cells above and below it."""
+    cells = facade.cells
+    return replace(facade, cells=replace(cells, whole=cells.whole | cells.whole.any(0)))

@@ -10,7 +10,7 @@ from frontage.model.scan import Scan
 from frontage.openings.fronts import FrontSearch, openings_on_fronts
 from frontage.openings.kinds import in_reading_order, with_doors
 from frontage.openings.layout.overlaps import best_without_overlaps
-from frontage.openings.niches import find_niches
+from frontage.openings.niches import find_niches, without_leaves
 from frontage.openings.observe import ObservedWall, observe_wall
 from frontage.openings.onwall import find_on_wall
 from frontage.openings.options import OpeningOptions
@@ -80,6 +80,7 @@ def find_openings(
     beams = FacadeBeams.of(facade, scan)
     fronts = FrontSearch(facade, scan, search)
     protrusions = find_protrusions(facade, beams, openings, options.ground_z)  # 3.2.3, modelling
+    protrusions = without_leaves(protrusions, openings, fronts)
     niches = find_niches(openings, protrusions, fronts)
     protrusions = number_protrusions(facade.id, [*protrusions, *niches])
     on_all_walls = openings_on_fronts(openings, protrusions, fronts)

@@ -1,4 +1,7 @@
-"""Niches: openings whose back, half a metre in or more, is a wall or joinery with openings of its own."""
+"""Niches: openings whose back, half a metre in or more, is a wall or joinery with openings of its own.
+
+The other way round, a part set back without openings of its own may be the leaf that fills an opening.
+"""
 
 from collections.abc import Sequence
 
@@ -19,6 +22,7 @@ _OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back is looked fo
 _BIN = 0.02  # m, bin of depths
 _BEHIND = 3.0  # m behind a niche within which the beams through a lattice end
 _FIRST = 0.25  # share of that strip that the foremost surface must fill: a frame 5 cm wide does
+_LEAF = 0.9  # share of the area that an opening and the leaf that fills it cover together
 _ALONE = 0.7  # share of the back from which a single opening is the back itself: a door in a deep reveal
 
 
@@ -45,6 +49,35 @@ def find_niches(
         if several and _is_wall(fronts.q, niche, inner, fronts.facade):
             niches.append(niche)
     return tuple(niches)
+
+
+def without_leaves(
+    protrusions: Sequence[Protrusion], openings: Sequence[Opening], fronts: FrontSearch
+) -> tuple[Protrusion, ...]:
+    """Returns the protrusions without the leaves of gates and the blinds of large windows.
+
+    These are full of points, and may be larger than the least part of a wall that is set back. Such a part
+    has openings with wall around them, or is no opening of the main wall. Gaps at the sides of a curtain have
+    no wall beside them.
+    """
+    rings = [shapely.Polygon(o.ring) for o in openings]
+
+    def is_leaf(part: Protrusion) -> bool:
+        """Returns whether a part fills one of the openings and has none of its own."""
+        own = shapely.Polygon(part.ring)
+        fills = any(own.intersection(ring).area > _LEAF * own.union(ring).area for ring in rings)
+        if part.kind is not ProtrusionKind.SETBACK or not fills:
+            return False
+        return not any(_has_wall_around(o, part) for o in fronts.openings(part))
+
+    return tuple(part for part in protrusions if not is_leaf(part))
+
+
+def _has_wall_around(opening: Opening, part: Protrusion) -> bool:
+    """Returns whether a pier fits between an opening and the sides of the part that holds it, and above."""
+    low, high = opening.ring.min(0), opening.ring.max(0)
+    beside = min(low[0] - part.ring[:, 0].min(), part.ring[:, 0].max() - high[0])
+    return bool(min(beside, part.ring[:, 1].max() - high[1]) >= MASONRY.half_brick)
 
 
 def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:

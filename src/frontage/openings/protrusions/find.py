@@ -14,6 +14,7 @@ from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.boxes import Box
 from frontage.openings.protrusions.beams import FacadeBeams, bend
 from frontage.openings.protrusions.checks import is_attached
+from frontage.openings.protrusions.galleries import shows_wall, with_galleries
 from frontage.openings.protrusions.kinds import FrontFeatures, kind_of_protrusion
 from frontage.openings.protrusions.measure import MeasuredBox, measure_box
 from frontage.openings.protrusions.merging import bridge_gaps, merge_pieces
@@ -95,7 +96,7 @@ class _Wall:
 
     def denies(self, piece: Piece, measured: MeasuredBox, kind: ProtrusionKind) -> bool:
         """Returns whether the wall shows behind a front, or goes on beside it or a pilaster."""
-        if kind.is_wall and self.shows_behind(piece, measured):
+        if kind.is_wall and shows_wall(self.few, piece.y, measured.box, self.resolution):
             return True
         return (kind.is_wall or kind is ProtrusionKind.PILASTER) and self.goes_on_beside(piece, measured)
 
@@ -117,17 +118,15 @@ class _Wall:
                 return True
         return False
 
-    def shows_behind(self, piece: Piece, measured: MeasuredBox) -> bool:
-        """Returns whether more beams end on the wall behind a piece than on its front."""
-        _, depth = self.few.at(piece.y, measured.box, 0.0)
-        on_wall = int((np.abs(depth) <= self.resolution.half).sum())
-        return on_wall > int((np.abs(depth - piece.y) <= self.resolution.half).sum())
-
 
 def _pieces(wall: _Wall) -> list[Piece]:
-    """Returns the pieces before the wall, with mouldings, tiers and parts of the same front joined."""
+    """Returns the pieces before the wall, with mouldings, tiers and parts of the same front joined.
+
+    Galleries one above another are parted.
+    """
     whole = merge_pieces(find_pieces(wall.before, wall.resolution), wall.resolution)
-    return merge_pieces(bridge_gaps(whole, wall.few, wall.resolution), wall.resolution)
+    joined = merge_pieces(bridge_gaps(whole, wall.few, wall.resolution), wall.resolution)
+    return with_galleries(joined, wall.before, wall.few, wall.resolution)
 
 
 def _is_kerb(piece: Piece, foot: float) -> bool:

@@ -14,13 +14,17 @@ from frontage.openings.wall.raster import averaged, closed, opened
 _FULL = 0.6  # share of the wall's beams that come back from a panel: glass returns less
 _NARROWEST = 0.25  # m, least width of a panel: frames and posts between casements are narrower
 _ABOVE = 0.5  # m above the ground, where thresholds lie and the share is not asked for
+_SLIT = 0.1  # m: shutters that leave less of the opening free than that are closed
+_EDGE = 2  # cells at the border of a shutter that may be either
+_WIDE = 0.8  # share of its box that a shutter fills, and of its width that is open below it
 _DOOR = 1.5  # m: a piece that high that stands on the ground may be the leaf of a door
 
 
 def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     """Returns the evidence with panels as wall; `ground` is the height z m of the ground.
 
-    A panel is full of points of one surface right behind the wall, and wider than a frame.
+    A panel is full of points of one surface right behind the wall, and wider than a frame. Leaves of doors
+    and shutters that are partly down are none.
     """
     raster = evidence.raster
     shallow = beams.open_depth <= MASONRY.panel
@@ -36,7 +40,8 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     full = opened(full, (least, least))
     foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
     doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
-    panel = ndimage.maximum_filter(full & ~doors, 3)
+    shutters = _shutters(full, evidence.llr > 0.0, raster.cell)
+    panel = ndimage.maximum_filter(full & ~doors & ~shutters, 3)
     held = np.where(panel, held, 0.0)
     if not held.any():
         return evidence
@@ -57,3 +62,27 @@ def _doors(full: Bool, open_: Bool, foot: int, cell: float) -> Bool:
         if stands.all() and (rows.stop - below.start) * cell > _DOOR:
             out[rows, columns] = True
     return out
+
+
+def _shutters(full: Bool, open_: Bool, cell: float) -> Bool:
+    """Returns the cells (h, w) of `full` that are shutters or blinds, partly down.
+
+    They fill the upper part of an opening from jamb to jamb: what is open below them is as wide, and above
+    them is wall. Panels between the windows of one column have a window above as well. Gaps narrower than a
+    pier do not part a shutter.
+    """
+    out = np.zeros(full.shape, np.bool_)
+    bridged = closed(full, (1, int(MASONRY.half_brick / cell) | 1))
+    labels, _ = ndimage.label(bridged)
+    reach = max(int(np.ceil(_SLIT / cell)), 2)
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        top, foot = rows.stop + _EDGE, max(rows.start - _EDGE, 0)
+        left, right = max(columns.start - _EDGE, 0), columns.stop + _EDGE
+        below = slice(max(foot - reach, 0), foot)
+        beside = slice(max(left - reach, 0), left), slice(right, right + reach)
+        held = [open_[top : top + reach, columns], *(open_[below, side] for side in beside)]
+        is_rectangle = (labels[rows, columns] == number).mean() >= _WIDE
+        ends = is_rectangle and all(part.size > 0 and part.mean() < 1.0 - _FULL for part in held)
+        if ends and open_[below, columns].mean() > _WIDE:
+            out[rows, columns] = True
+    return out & bridged

@@ -1,0 +1,64 @@
+"""Galleries one above another: the slab and the railing or parapet of each storey is a balcony of its own."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model.masonry import MASONRY
+from frontage.openings.boxes import Box
+from frontage.openings.protrusions.beams import FacadeBeams
+from frontage.openings.protrusions.boxes import cells_of, within
+from frontage.openings.protrusions.pieces import Piece
+from frontage.openings.protrusions.resolution import Resolution
+
+_MANY = 0.2  # share of the beams to a front: those that slant past an oriel, and its windows, are fewer
+_FULL = 0.6  # share of the fullest row of a front from which a row counts as full: posts fill less
+_RAILING_M = 1.3  # from a slab to the top of its railing at most: building codes ask for 0.9 to 1.1
+
+
+def with_galleries(
+    pieces: list[Piece], before: Float, beams: FacadeBeams, resolution: Resolution
+) -> list[Piece]:
+    """Returns the pieces, with galleries that posts join storey by storey.
+
+    Their front is as high as a person or higher, and the wall of the facade shows behind it. An oriel hides
+    that wall. before (n, 3) m are the points that the rows of pieces index.
+    """
+    found: list[Piece] = []
+    for piece in pieces:
+        local = resolution.near(piece.box)
+        is_high = piece.box[3] - piece.box[1] >= MASONRY.person
+        is_open = is_high and shows_wall(beams, piece.y, piece.box, local)
+        found += _storeys(piece, before, local) if is_open else [piece]
+    return found
+
+
+def shows_wall(beams: FacadeBeams, y: float, box: Box, resolution: Resolution) -> bool:
+    """Returns whether many of the beams to a front at y m in a box end on the wall of the facade."""
+    _, depth = beams.at(y, box, 0.0)
+    reached = int((depth >= y - resolution.half).sum())
+    return int((np.abs(depth) <= resolution.half).sum()) > _MANY * reached
+
+
+def _storeys(piece: Piece, before: Float, resolution: Resolution) -> list[Piece]:
+    """Returns the parts of a piece with full rows, those of a slab and its railing as one."""
+    front = before[piece.front_rows]
+    column, row = cells_of(front[:, [0, 2]], resolution.cell).T
+    held = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.bool_)
+    held[row, column] = True
+    number = held.sum(1)
+    full = np.flatnonzero(number >= _FULL * number.max())
+    ends = np.flatnonzero(np.diff(full) * resolution.cell > _RAILING_M)
+    low = front[:, 2].min() + resolution.cell * full[np.append(0, ends + 1)]
+    high = front[:, 2].min() + resolution.cell * (full[np.append(ends, len(full) - 1)] + 1)
+    return [_part(piece, before, float(a), float(b), resolution) for a, b in zip(low, high, strict=True)]
+
+
+def _part(piece: Piece, before: Float, low: float, high: float, resolution: Resolution) -> Piece:
+    """Returns the part of a piece between two heights m, with what lies right below and above its front."""
+    box = (piece.box[0], low, piece.box[2], high)
+    own, front = (rows[within(before[rows], box, 0.0)] for rows in (piece.rows, piece.front_rows))
+    behind = piece.rows[before[piece.rows, 1] > piece.y + resolution.half]
+    soffit = behind[within(before[behind], box, resolution.cell)]
+    return replace(piece, rows=np.union1d(own, soffit), front_rows=front, box=box, cheeks={})
