@@ -12,7 +12,7 @@ from frontage.openings.layout.posts import Post, cells_held_by
 from frontage.openings.layout.rejoined import rejoined
 from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
-from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate, of_rows
+from frontage.openings.wall.evidence import BARS, BEAMS_TO_DECIDE, Evidence, local_rate, of_rows
 from frontage.openings.wall.raster import opened
 
 _LINES = 8  # candidate borders that a component has in each direction, at most
@@ -107,14 +107,13 @@ def _behind_railings(
     box is `framed`. Boxes behind the railing are parts of it, other openings are not.
     """
     rail = int((_RAIL + _GAP) / evidence.raster.cell) + 1  # with half a gap on both sides, which is blurred
-    pier = round(MASONRY.half_brick / evidence.raster.cell)
     owner = np.zeros(gaps.shape, np.int64)
     for number, box in enumerate(boxes, 1):
         owner[box.cells] = number
     found, gone = list(boxes), set[int]()
     for number, box in enumerate(boxes, 1):
         columns = slice(box.c0, box.c1)
-        pieces = [k for k, other in enumerate(boxes, 1) if _is_piece(other, box, pier)]
+        pieces = [k for k, other in enumerate(boxes, 1) if _is_piece(other, box, evidence)]
         told = np.any(~np.isin(owner[: box.r0, columns], [0, *pieces]), axis=1)
         gain = of_rows(evidence, slice(0, box.r0), columns)
         is_open = (gaps[: box.r0, columns].mean(1) > _HALF) | (gain > 0.0)
@@ -131,13 +130,17 @@ def _behind_railings(
     return [box for number, box in enumerate(found, 1) if number not in gone]
 
 
-def _is_piece(other: CellBox, box: CellBox, pier: int) -> bool:
+def _is_piece(other: CellBox, box: CellBox, evidence: Evidence) -> bool:
     """Returns whether a box below another one is a part of it behind a railing.
 
-    It is within its columns, to a cell, and narrower, or less than a `pier` of masonry (cells) below it.
+    It is within its columns, to a cell, and narrower; or bars return some of its beams, and less than a pier
+    of masonry is between them.
     """
-    inside = box.c0 - 1 <= other.c0 and other.c1 <= box.c1 + 1 and other.r1 <= box.r0
-    return inside and (other.c1 - other.c0 < _FILLED * (box.c1 - box.c0) or box.r0 - other.r1 < pier)
+    if not (box.c0 - 1 <= other.c0 and other.c1 <= box.c1 + 1 and other.r1 <= box.r0):
+        return False
+    is_near = (box.r0 - other.r1) * evidence.raster.cell < MASONRY.half_brick
+    has_bars = evidence.solid[other.cells].sum() > BARS * evidence.expected[other.cells].sum()
+    return other.c1 - other.c0 < _FILLED * (box.c1 - box.c0) or bool(is_near and has_bars)
 
 
 def _between_bars(evidence: Evidence) -> Bool:
