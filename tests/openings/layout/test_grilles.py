@@ -33,9 +33,9 @@ def test_a_window_behind_bars_is_one_opening(gap):
         assert np.abs(found - box).max(1).min() < 0.08  # a bar beside a jamb looks like one
 
 
-@pytest.mark.parametrize(("gap", "spacing"), [(0.1, 0.01), (0.13, 0.01), (0.11, 0.018), (0.12, 0.022)])
-def test_a_window_with_a_railing_before_its_lower_part_is_one_opening(gap, spacing):
-    facade, scan = scan_wall(WINDOWS, spacing=spacing, size=SIZE, depth=0.12, rays=False)
+@pytest.mark.parametrize("gap", [0.1, 0.13])
+def test_a_window_with_a_railing_before_its_lower_part_is_one_opening(gap):
+    facade, scan = scan_wall(WINDOWS, spacing=0.01, size=SIZE, depth=0.12, rays=False)
     for x0, z0, x1, _ in WINDOWS:
         scan = behind_bars(scan, (x0, z0, x1, z0 + 0.55), gap)
         scan = behind_bars(scan, (x0, z0 + 0.5, x1, z0 + 0.55), 0.02)  # the handrail

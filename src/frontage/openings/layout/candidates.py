@@ -12,7 +12,7 @@ from frontage.openings.layout.posts import Post, cells_held_by
 from frontage.openings.layout.rejoined import rejoined
 from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
-from frontage.openings.wall.evidence import BARS, BEAMS_TO_DECIDE, Evidence, local_rate, of_rows
+from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate
 from frontage.openings.wall.raster import opened
 
 _LINES = 8  # candidate borders that a component has in each direction, at most
@@ -102,45 +102,28 @@ def _behind_railings(
 ) -> list[CellBox]:
     """Lengthens the boxes whose lower parts are hidden by a railing, and returns all boxes.
 
-    Most cells of each row there are open between the balusters, as `gaps` (h, w) tells, or its beams together
-    speak for open. A handrail may cross them. The railing is at least as high as an opening, and the longer
-    box is `framed`. Boxes behind the railing are parts of it, other openings are not.
+    Most cells of each row there are open between the balusters, as `gaps` (h, w) tells; a handrail may cross
+    them. The railing is at least as high as an opening, no other box lies behind it, and the longer box is
+    `framed`.
     """
     rail = int((_RAIL + _GAP) / evidence.raster.cell) + 1  # with half a gap on both sides, which is blurred
-    owner = np.zeros(gaps.shape, np.int64)
-    for number, box in enumerate(boxes, 1):
-        owner[box.cells] = number
-    found, gone = list(boxes), set[int]()
-    for number, box in enumerate(boxes, 1):
+    told = np.zeros(gaps.shape, np.bool_)
+    for box in boxes:
+        told[box.r0 : box.r1, box.c0 : box.c1] = True
+    found = []
+    for box in boxes:
         columns = slice(box.c0, box.c1)
-        pieces = [k for k, other in enumerate(boxes, 1) if _is_piece(other, box, evidence)]
-        told = np.any(~np.isin(owner[: box.r0, columns], [0, *pieces]), axis=1)
-        gain = of_rows(evidence, slice(0, box.r0), columns)
-        is_open = (gaps[: box.r0, columns].mean(1) > _HALF) | (gain > 0.0)
+        is_open = gaps[: box.r0, columns].mean(1) > _HALF
         row = low = box.r0
-        while row > 0 and low - row < rail and not told[row - 1]:
+        while row > 0 and low - row < rail and not told[row - 1, columns].any():
             row -= 1
             low = row if is_open[row] else low
         whole = np.array([[low, box.c0, box.r1, box.c1]])
         if box.r0 - low >= least and framed(whole)[0]:
             worth = float(worth_of(evidence, (slice(low, box.r1), columns)).sum()) - PRICE
-            worth = max(worth, box.worth + float(np.maximum(gain[low:], 0.0).sum()))  # the rail hides its row
-            found[number - 1] = CellBox(low, box.c0, box.r1, box.c1, worth)
-            gone |= {k for k in pieces if boxes[k - 1].r0 >= low}
-    return [box for number, box in enumerate(found, 1) if number not in gone]
-
-
-def _is_piece(other: CellBox, box: CellBox, evidence: Evidence) -> bool:
-    """Returns whether a box below another one is a part of it behind a railing.
-
-    It is within its columns, to a cell, and narrower; or bars return some of its beams, and less than a pier
-    of masonry is between them.
-    """
-    if not (box.c0 - 1 <= other.c0 and other.c1 <= box.c1 + 1 and other.r1 <= box.r0):
-        return False
-    is_near = (box.r0 - other.r1) * evidence.raster.cell < MASONRY.half_brick
-    has_bars = evidence.solid[other.cells].sum() > BARS * evidence.expected[other.cells].sum()
-    return other.c1 - other.c0 < _FILLED * (box.c1 - box.c0) or bool(is_near and has_bars)
+            box = CellBox(low, box.c0, box.r1, box.c1, worth)
+        found.append(box)
+    return found
 
 
 def _between_bars(evidence: Evidence) -> Bool:

@@ -146,15 +146,6 @@ def _edge_on(beams: Beams, raster: WallRaster) -> Bool:
     return out
 
 
-def of_rows(evidence: Evidence, rows: slice, columns: slice) -> Float:
-    """Returns nats (k,) for open against solid of whole rows of cells, from all beams of a row together.
-
-    Bars of a grille fill their cells, and return few of the beams of a row.
-    """
-    come, due = (m[rows, columns].sum(1) for m in (evidence.solid, evidence.expected))
-    return np.asarray(_LOST * due - _HIT * come, np.float64)
-
-
 def log_likelihood_ratio(expected: Float, solid: Float, through: Float) -> Float:
     """Returns the nats (h, w) for open: of missing beams, of hits, and `through` of beams beyond the wall."""
     lost = np.minimum(_LOST * expected, _MOST_LOST)
