@@ -104,7 +104,7 @@ def galleries(x, z):
 
 @pytest.mark.parametrize("rays", [True, False])
 def test_wall_behind_galleries_is_the_facade_and_their_fronts_are_none(rays):
-    rear = grid(np.random.default_rng(1), -7.4, 7.4, 0.0, 11.6, 1.4, 0.05)
+    rear = grid(np.random.default_rng(1), -7.4, 7.4, 0.0, 8.7, 1.4, 0.05)  # the top storey is hidden
     assert depths(facades(galleries, rear, rays)) == [1.4]
 
 
@@ -194,3 +194,12 @@ def test_the_wall_of_an_arcade_stays_and_the_front_ends_at_its_ceiling(seed, ray
 
     assert not inside((-5.0, 0.5), (-2.0, 2.5), (2.0, 0.5), (5.0, 2.5)).any()
     assert inside((-7.2, 0.5), (0.0, 0.5), (7.2, 0.5), (3.6, 4.5)).all()
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_columns_behind_the_plane_do_not_close_an_arcade(seed):
+    rng = np.random.default_rng(seed)
+    columns = [grid(rng, x - 0.2, x + 0.2, 0.0, 3.5, 0.2, 0.05) for x in np.arange(-7.0, 7.1, 3.5)]
+    rear = grid(rng, -7.2, 7.2, 0.0, 3.6, 2.0, 0.05)
+    floor = rng.uniform((-7.2, 0.3, 0.0), (7.2, 2.0, 0.02), (4000, 3))
+    assert depths(facades(overhang, np.vstack([*columns, rear, floor]), True, seed)) == [0.0, 2.0]

@@ -70,6 +70,15 @@ def test_a_room_behind_a_pane_is_no_niche():
     assert found.protrusions == () and np.abs(boxes_of(found)[0] - pane).max() < 0.01
 
 
+@pytest.mark.parametrize("hole", [(2.2, 0.0, 5.8, 4.0), (2.2, 2.0, 5.8, 6.2)])
+def test_a_closed_gate_or_a_blind_is_no_wall_that_is_set_back(hole):
+    x0, z0, x1, z1 = hole
+    leaf = box(x0, x1, 0.2, 0.25, z0, z1)
+    found = found_in([*wall([hole]), leaf], layers=(0.0, 0.2))
+    assert found.protrusions == ()
+    assert len(found.openings) == 1 and np.abs(boxes_of(found)[0] - hole).max() < 0.01
+
+
 @pytest.mark.parametrize("is_wall", [True, False])
 def test_a_lattice_that_shows_the_room_behind_it_is_no_back_of_a_niche(is_wall):
     hole, inner = (2.0, 2.0, 5.0, 6.0), [(2.5, 3.0, 3.1, 3.8), (3.6, 3.0, 4.2, 3.8)]
