@@ -13,7 +13,7 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _MOST = 0.5  # share that counts as most of it
 _FEW = 0.1  # share that counts as next to nothing
-# points in the way for every line of sight through it: columns behind the plane of a front return up to 0.3,
+# points in a free way for every line of sight through it: columns behind the plane of a front return fewer,
 # frames and panes of shop windows one or more
 _FREE = 0.3
 _PLACE_M = 0.5  # m, twice the distance of the surroundings' points, so that none is empty by chance

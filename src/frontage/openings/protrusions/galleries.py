@@ -12,9 +12,9 @@ from frontage.openings.protrusions.boxes import cells_of, within
 from frontage.openings.protrusions.pieces import Piece
 from frontage.openings.protrusions.resolution import Resolution
 
-_MANY = 0.2  # share of the beams to a front: those that slant past an oriel, and its windows, are fewer
+_MANY = 0.2  # share of the beams to a front that end on the wall behind it: to that of an oriel, fewer do
 _FULL = 0.6  # share of the fullest row of a front from which a row counts as full: posts fill less
-_RAILING_M = 1.3  # from a slab to the top of its railing at most: building codes ask for 0.9 to 1.1
+_RAILING_M = 1.3  # m from a slab to the top of its railing at most: building codes ask for 0.9 to 1.1
 
 
 def with_galleries(
