@@ -13,8 +13,8 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _MOST = 0.5  # share that counts as most of it
 _FEW = 0.1  # share that counts as next to nothing
-# points in a free way for every line of sight through it: columns behind the plane of a front return fewer,
-# frames and panes of shop windows one or more
+# points that a free way may hold for every line of sight through it: columns behind the plane of a front
+# return fewer points, frames and panes of shop windows return one or more
 _FREE = 0.3
 _PLACE_M = 0.5  # m, twice the distance of the surroundings' points, so that none is empty by chance
 _REVEAL_M = 0.3  # m beside a pier in which its own faces are seen

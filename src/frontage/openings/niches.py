@@ -1,6 +1,6 @@
 """Niches: openings whose back, half a metre in or more, is a wall or joinery with openings of its own.
 
-The other way round, a part set back without openings of its own may be the leaf that fills an opening.
+A part that seems to be a wall set back, but has no openings of its own, may be the leaf of an opening.
 """
 
 from collections.abc import Sequence
@@ -64,17 +64,17 @@ def without_leaves(
 
     def is_leaf(part: Protrusion) -> bool:
         """Returns whether a part fills one of the openings and has none of its own."""
+        if part.kind is not ProtrusionKind.SETBACK:
+            return False
         own = shapely.Polygon(part.ring)
         fills = any(own.intersection(ring).area > _LEAF * own.union(ring).area for ring in rings)
-        if part.kind is not ProtrusionKind.SETBACK or not fills:
-            return False
-        return not any(_has_wall_around(o, part) for o in fronts.openings(part))
+        return fills and not any(_has_wall_around(o, part) for o in fronts.openings(part))
 
     return tuple(part for part in protrusions if not is_leaf(part))
 
 
 def _has_wall_around(opening: Opening, part: Protrusion) -> bool:
-    """Returns whether a pier fits between an opening and the sides of the part that holds it, and above."""
+    """Returns whether a pier fits beside an opening, on both sides, and above it within its part."""
     low, high = opening.ring.min(0), opening.ring.max(0)
     beside = min(low[0] - part.ring[:, 0].min(), part.ring[:, 0].max() - high[0])
     return bool(min(beside, part.ring[:, 1].max() - high[1]) >= MASONRY.half_brick)

@@ -12,9 +12,9 @@ WINDOWS = [(x, 3.9, x + 1.2, 5.2) for x in (1.2, 4.8)]
 POSTS = [box(x, x + 0.25, -1.2, -0.95, 0.0, 7.5) for x in (0.3, 3.875, 7.45)]
 
 
-def found_with(before, rays=True):
+def found_with(before):
     joinery = [part for hole in WINDOWS for part in framed(hole, 0.12)]
-    found = find_openings(*scanned(before, wall=[*wall(WINDOWS), *joinery], rays=rays))
+    found = find_openings(*scanned(before, wall=[*wall(WINDOWS), *joinery]))
     assert isinstance(found, FoundOpenings)
     return found
 

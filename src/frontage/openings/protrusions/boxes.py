@@ -37,14 +37,23 @@ def occupied(values: Array, step: float) -> int:
     return len(distinct(np.floor(values / step).astype(np.int64)))
 
 
+def held_cells(p: Float, cell: float) -> tuple[Int, Bool]:
+    """Returns the columns and rows (2, n) of the cells of `cell` m that points (n, 3) m lie in.
+
+    The map (columns, rows) tells which cells hold any.
+    """
+    across = cells_of(p[:, [0, 2]], cell).T
+    held = np.zeros([int(a.max()) + 1 for a in across], np.bool_)
+    held[across[0], across[1]] = True
+    return across, held
+
+
 def extent(p: Float, cell: float, tail: float) -> Box:
     """Returns the box of points (n, 3) m without thin tails.
 
     Tails are lines of cells of `cell` m that hold less than a share `tail` of the fullest.
     """
-    across = cells_of(p[:, [0, 2]], cell).T
-    held = np.zeros([int(a.max()) + 1 for a in across], np.bool_)
-    held[across[0], across[1]] = True
+    across, held = held_cells(p, cell)
     ends = []
     for axis in (0, 1):
         line = held.sum(1 - axis)

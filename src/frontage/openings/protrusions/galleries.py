@@ -1,4 +1,4 @@
-"""Galleries one above another: the slab and the railing or parapet of each storey is a balcony of its own."""
+"""Divides galleries that stand one above another: each slab and its railing or parapet is one balcony."""
 
 from dataclasses import replace
 
@@ -8,11 +8,11 @@ from frontage.geometry.arrays import Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
 from frontage.openings.protrusions.beams import FacadeBeams
-from frontage.openings.protrusions.boxes import cells_of, within
+from frontage.openings.protrusions.boxes import held_cells, within
 from frontage.openings.protrusions.pieces import Piece
 from frontage.openings.protrusions.resolution import Resolution
 
-_MANY = 0.2  # share of the beams to a front that end on the wall behind it: to that of an oriel, fewer do
+_MANY = 0.2  # share of the beams to a front that end on the wall behind it; fewer do behind an oriel
 _FULL = 0.6  # share of the fullest row of a front from which a row counts as full: posts fill less
 _RAILING_M = 1.3  # m from a slab to the top of its railing at most: building codes ask for 0.9 to 1.1
 
@@ -20,10 +20,10 @@ _RAILING_M = 1.3  # m from a slab to the top of its railing at most: building co
 def with_galleries(
     pieces: list[Piece], before: Float, beams: FacadeBeams, resolution: Resolution
 ) -> list[Piece]:
-    """Returns the pieces, with galleries that posts join storey by storey.
+    """Returns the pieces, with galleries divided into their storeys, which posts had joined.
 
-    Their front is as high as a person or higher, and the wall of the facade shows behind it. An oriel hides
-    that wall. before (n, 3) m are the points that the rows of pieces index.
+    The front of such a piece is at least as high as a person, and the wall of the facade shows behind it. An
+    oriel hides that wall. before (n, 3) m are the points that the rows of pieces index.
     """
     found: list[Piece] = []
     for piece in pieces:
@@ -35,19 +35,16 @@ def with_galleries(
 
 
 def shows_wall(beams: FacadeBeams, y: float, box: Box, resolution: Resolution) -> bool:
-    """Returns whether many of the beams to a front at y m in a box end on the wall of the facade."""
+    """Returns whether many beams to a front at y m, within a box, end on the wall behind it."""
     _, depth = beams.at(y, box, 0.0)
     reached = int((depth >= y - resolution.half).sum())
     return int((np.abs(depth) <= resolution.half).sum()) > _MANY * reached
 
 
 def _storeys(piece: Piece, before: Float, resolution: Resolution) -> list[Piece]:
-    """Returns the parts of a piece with full rows, those of a slab and its railing as one."""
+    """Returns the full rows of a piece as its parts; a slab and its railing are one part."""
     front = before[piece.front_rows]
-    column, row = cells_of(front[:, [0, 2]], resolution.cell).T
-    held = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.bool_)
-    held[row, column] = True
-    number = held.sum(1)
+    number = held_cells(front, resolution.cell)[1].sum(0)
     full = np.flatnonzero(number >= _FULL * number.max())
     ends = np.flatnonzero(np.diff(full) * resolution.cell > _RAILING_M)
     low = front[:, 2].min() + resolution.cell * full[np.append(0, ends + 1)]

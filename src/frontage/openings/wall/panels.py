@@ -24,7 +24,7 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     """Returns the evidence with panels as wall; `ground` is the height z m of the ground.
 
     A panel is full of points of one surface right behind the wall, and wider than a frame. Leaves of doors
-    and shutters that are partly down are none.
+    and partly lowered shutters are no panels.
     """
     raster = evidence.raster
     shallow = beams.open_depth <= MASONRY.panel
@@ -39,9 +39,9 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     full = closed(full, (3, 3))
     full = opened(full, (least, least))
     foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
-    doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
-    shutters = _shutters(full, evidence.llr > 0.0, raster.cell)
-    panel = ndimage.maximum_filter(full & ~doors & ~shutters, 3)
+    is_open = evidence.llr > 0.0
+    leaves = _doors(full, is_open, foot, raster.cell) | _shutters(full, is_open, raster.cell)
+    panel = ndimage.maximum_filter(full & ~leaves, 3)
     held = np.where(panel, held, 0.0)
     if not held.any():
         return evidence
@@ -65,7 +65,7 @@ def _doors(full: Bool, open_: Bool, foot: int, cell: float) -> Bool:
 
 
 def _shutters(full: Bool, open_: Bool, cell: float) -> Bool:
-    """Returns the cells (h, w) of `full` that are shutters or blinds, partly down.
+    """Returns the cells (h, w) of `full` that are partly lowered shutters or blinds.
 
     They fill the upper part of an opening from jamb to jamb: what is open below them is as wide, and above
     them is wall. Panels between the windows of one column have a window above as well. Gaps narrower than a
