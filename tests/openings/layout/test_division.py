@@ -64,3 +64,26 @@ def test_windows_of_other_widths_tell_nothing():
     before.append(Place((5.5, 7.1, 6.9, 8.4), 1.0, before[0].evidence))
     assert len(divided_alike(before)) == len(before)
     assert divided_alike([]) == []
+
+
+def test_places_two_cells_wider_are_alike_wherever_they_stand():
+    evidence = _evidence(True)
+    raster, cells = evidence.raster, [evidence.raster.cells(p.box) for p in _places(evidence, [True] * 12)]
+    lights = [(r.start, c.start, r.stop, c.stop) for r, c in cells]
+    width = lights[1][3] - lights[0][1]
+    pairs = [raster.box(*light) for light in lights[:22]]
+    for start in range(1, 60):
+        wider = raster.box(lights[22][0], start, lights[22][2], start + width + 2)
+        places = [Place(b, 1.0, evidence) for b in [*pairs, wider]]
+        assert wider not in [p.box for p in divided_alike(places)], start
+
+
+def test_lights_as_wide_as_other_windows_are_still_joined():
+    evidence = _evidence(False)
+    wide = _places(evidence, np.arange(12) == 5)
+    narrow = _places(evidence, [True] * 12)[2::2]  # the left lights of all others but the first
+    del narrow[4]
+    x, z, half = COLUMNS[0], FLOORS[0], (LIGHT - BAR) / 2
+    pair = [Place((a, z, a + half, z + HIGH), 1.0, evidence) for a in (x, x + half + BAR)]
+    found = _boxes(divided_alike([*wide, *narrow, *pair]))
+    assert (np.ptp(found[:, ::2], axis=1) > 2 * LIGHT).sum() == 12

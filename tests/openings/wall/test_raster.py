@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from frontage.openings.wall.raster import averaged, closed, opened, summed
+from frontage.openings.wall.raster import WallRaster, averaged, closed, opened, summed
 
 
 @pytest.mark.parametrize("size", [(3, 3), (1, 4), (5, 2), (6, 7)])
@@ -26,3 +26,12 @@ def test_sums_lie_below_and_left_of_the_corners_of_cells(shape: tuple[int, ...])
 def test_outermost_cells_count_twice_in_means() -> None:
     values = np.random.default_rng(6).random((7, 5))
     assert averaged(values) == pytest.approx(ndimage.uniform_filter(values, 3))
+
+
+@pytest.mark.parametrize("step", range(-19, 12))
+def test_a_box_has_the_same_cells_in_a_mirrored_raster(step: int) -> None:
+    raster = WallRaster((-1.0, 0.0), 0.1, (8, 20))
+    left, right = 0.05 * step, 0.05 * step + 0.35
+    _, columns = raster.cells((left, 0.2, right, 0.6))
+    _, mirrored = raster.cells((-right, 0.2, -left, 0.6))
+    assert (columns.start, columns.stop) == (20 - mirrored.stop, 20 - mirrored.start)

@@ -209,6 +209,18 @@ def test_the_example_house_has_two_windows_and_a_door(version: str) -> None:
     assert sizes == [(1.0, 2.0), (1.5, 1.0), (1.5, 1.0)]
 
 
+def test_a_street_runs_along_a_front_that_bays_part() -> None:
+    front = [(x, y) for a in (2, 6) for x, y in ((a, 0), (a, -1), (a + 2, -1), (a + 2, 0))]
+    ground = np.array([(x, y, 0.0) for x, y in ((0, 0), *front, (10, 0), (10, 8), (0, 8))])
+    up = np.array([0.0, 0.0, 6.0])
+    sides = [np.array([p, q, q + up, p + up]) for p, q in zip(ground, np.roll(ground, -1, 0), strict=True)]
+    faces = [Surface(r, "WallSurface", f"w{k}") for k, r in enumerate(sides)]
+    faces += [Surface(ground[::-1], "GroundSurface", "g"), Surface(ground + up, "RoofSurface", "r")]
+    faces += [Surface(np.add(WINDOW, [x, 0, 0]), "Window", f"v{x}") for x in (-1.6, 2.4, 6.4)]
+    scene = build_model_scene(SPEC, [CityModel((CityBuilding("house", (Shell("3", tuple(faces)),)),), WORLD)])
+    assert (scene.road[:, 1] < -1.0).all()
+
+
 def test_real_houses_keep_their_windows_and_leave_room_for_a_street() -> None:
     for name in ("4018270", "4018150b", "4018115", "4018152b"):
         model = read_city_model(data_path(f"citymodels/ingolstadt_lod3/{name}.xml"))

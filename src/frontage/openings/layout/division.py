@@ -50,22 +50,32 @@ def divided_alike(places: Sequence[Place]) -> list[Place]:
 
 
 def _along(places: list[Place], order: tuple[int, ...]) -> list[Place]:
-    """Returns the places with bars across one axis divided alike, forms with the most places first."""
-    settled, gone, added = set[int](), set[int](), list[Place]()
+    """Returns the places with bars across one axis divided alike, forms with the most places first.
+
+    Pairs and whole places that an earlier form has left as they are stay so, and tell later forms what is
+    like them. A place of a pair may be a whole one of a narrower form.
+    """
+    divided, whole, gone, added = set[int](), set[int](), set[int](), list[Place]()
     for form in sorted(_forms(places, order), key=lambda f: -len(f.pairs) - len(f.whole)):
-        pairs = [pair for pair in form.pairs if settled.isdisjoint(pair)]
-        whole = [k for k in form.whole if k not in settled]
-        if not pairs or not whole:
+        pairs = [pair for pair in form.pairs if gone.isdisjoint(pair)]
+        alike = [k for k in form.whole if k not in gone]
+        if not pairs or not alike:
             continue
+        halves = {k for pair in pairs for k in pair}
         joined = [_joined(places[a], places[b], order) for a, b in pairs]
-        parts = [part for k in whole for part in _parted(places[k], form.bar, order)]
-        as_whole = sum(p.worth for p in joined) + sum(_worth(places[k]) for k in whole)
-        as_parts = sum(_worth(places[k]) for pair in pairs for k in pair) + sum(p.worth for p in parts)
-        if not _is_told(as_whole - as_parts, len(whole), len(pairs)):
+        parts = [part for k in alike for part in _parted(places[k], form.bar, order)]
+        as_whole = sum(p.worth for p in joined) + sum(_worth(places[k]) for k in alike)
+        as_parts = sum(_worth(places[k]) for k in halves) + sum(p.worth for p in parts)
+        if not _is_told(as_whole - as_parts, len(alike), len(pairs)):
             continue
-        settled.update(whole, *pairs)
-        gone.update(*(pairs if as_whole > as_parts else [whole]))
-        added += joined if as_whole > as_parts else [part for part in parts if part.worth > 0.0]
+        if as_whole > as_parts and divided.isdisjoint(halves):
+            whole.update(alike)
+            gone.update(halves)
+            added += joined
+        elif as_whole <= as_parts and whole.isdisjoint(alike):
+            divided.update(halves)
+            gone.update(alike)
+            added += [part for part in parts if part.worth > 0.0]
     return [p for k, p in enumerate(places) if k not in gone] + added
 
 
@@ -82,7 +92,8 @@ def _is_told(nats: float, whole: int, divided: int) -> bool:
 def _forms(places: Sequence[Place], order: tuple[int, ...]) -> list[_Form]:
     """Returns the forms that are divided in some places and whole in others; heights do not matter.
 
-    The form that most pairs have comes first, and takes them.
+    The form that most pairs have comes first, and takes them. Of forms that as many pairs have, the wider one
+    does, and of those the one whose pair is worth more, so that left and right decide nothing.
     """
     boxes = np.array([p.box for p in places]).reshape(-1, 4)[:, order]
     near = np.array([p.slack for p in places])
@@ -92,8 +103,9 @@ def _forms(places: Sequence[Place], order: tuple[int, ...]) -> list[_Form]:
     bar = np.column_stack([first[:, 2], second[:, 0]]) - middle[:, None]
     shape, slack = np.column_stack([width, bar.mean(1)]), near[pairs].max(1)
     alike = np.abs(shape[:, None] - shape).max(2) <= np.maximum(slack, slack[:, None])
+    worth = np.array([p.worth for p in places])[pairs].sum(1)
     found, left = list[_Form](), np.ones(len(pairs), np.bool_)
-    for n in np.lexsort((-width, -alike.sum(1))).tolist():
+    for n in np.lexsort((-worth, -width.round(6), -alike.sum(1))).tolist():
         own = left & alike[n]
         whole = np.flatnonzero(np.abs(np.ptp(boxes[:, ::2], axis=1) - width[n]) <= slack[n])
         if left[n] and len(whole):

@@ -9,6 +9,7 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.facade import Facade
 from frontage.raster.memory import require_memory
 
+_ROUNDING = 1e-6  # of a cell, by which places may be off
 _CELL_BYTES = 64  # of a cell: eight numbers, its evidence and what it is computed from
 
 
@@ -57,9 +58,21 @@ class WallRaster:
 
     def cells(self, box: tuple[float, float, float, float]) -> tuple[slice, slice]:
         """Returns the rows and columns of the cells within a box x0, z0, x1, z1 m, as far as they exist."""
-        ends = np.array(box).reshape(2, 2) - self.corner
-        (c0, r0), (c1, r1) = np.clip(np.round(ends / self.cell), 0, self.shape[::-1]).astype(int).tolist()
+        low, high = self.ends(np.array([box]))
+        (c0, r0), (c1, r1) = low[0].tolist(), high[0].tolist()
         return slice(r0, r1), slice(c0, c1)
+
+    def ends(self, boxes: Float) -> tuple[Int, Int]:
+        """Returns the first cells and those after the last (n, 2), column and row, of boxes (n, 4) m.
+
+        They are those whose borders lie nearest, as far as they exist. A box that ends in the middle of a
+        cell has this cell at either end, so that it has the same cells in a mirrored facade.
+        """
+        at = (boxes - np.array(self.corner * 2)) / self.cell
+        size = np.array(self.shape[::-1])
+        low = np.clip(np.ceil(at[:, :2] - 0.5 - _ROUNDING), 0, size)
+        high = np.clip(np.floor(at[:, 2:] + 0.5 + _ROUNDING), 0, size)
+        return low.astype(np.int64), high.astype(np.int64)
 
     def middles(self, which: Bool) -> Float:
         """Returns the middles (n, 2) x, z m of the cells that are set in `which` (h, w), row by row."""

@@ -63,7 +63,8 @@ def find_site(drafts: Sequence[ModelDraft]) -> Site:
 def _fronts(drafts: Sequence[ModelDraft]) -> Iterator[_Front]:
     for k, draft in enumerate(drafts):
         for facade in draft.facades:
-            width = float(np.ptp(facade.outline[:, 0]))
+            rings = [facade.outline, *(o.ring for o in facade.openings)]  # bays may part the outline
+            width = float(np.ptp(np.concatenate(rings)[:, 0]))
             opened = min(_BAY_M * len(facade.openings), width)
             yield _Front(k, draft.frame(facade), width, opened + _BLANK_WEIGHT * (width - opened))
 
