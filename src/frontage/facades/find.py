@@ -19,6 +19,7 @@ from frontage.facades.plane.paper import paper_plane
 from frontage.facades.remaining import on_walls, search_remaining, without_doubles
 from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import is_large, least_area, search_candidates
+from frontage.facades.sides import with_sides
 from frontage.geometry.arrays import Float
 from frontage.model.building import Building
 from frontage.model.canonical import canonical_axes, canonical_order, steady
@@ -66,6 +67,7 @@ def find_facades(
         candidates = drop_interiors(with_sides_of_corners(candidates), thinned, rng)
         refined = _refined(candidates, (), thinned, scene, rng)
         refined = _with_remaining(candidates, refined, thinned, scene, rng)
+        refined = with_sides(refined, thinned, scene, rng.spawn(1)[0])
         candidates, arcades = with_open_arcades(refined, scene, rng)
         candidates = without_overlaps(candidates, arcades)
     if not candidates:

@@ -67,7 +67,7 @@ def search_among(
         if plane.available < least or not plane.own.any():
             break
         candidate = _large_candidate(plane, thin, least, scene, rng)
-        is_wall = candidate is not None and _stands_out(candidate, everything, cloud)
+        is_wall = candidate is not None and stands_out(candidate, everything, cloud)
         used = plane.own if candidate is None else plane.own | _claimed(candidate, thin, is_wall, options)
         rejected = 0 if is_wall else rejected + 1
         if candidate is not None and is_wall and is_new(candidate, accepted, scene):
@@ -104,7 +104,7 @@ def is_large(cells: CellMap, least: float) -> bool:
     return cells.area >= least and width >= _LEAST_WIDTH_M and height >= _LEAST_HEIGHT_M
 
 
-def _stands_out(candidate: FacadeCandidate, thin: Float, cloud: BuildingCloud) -> bool:
+def stands_out(candidate: FacadeCandidate, thin: Float, cloud: BuildingCloud) -> bool:
     """Decides whether the plane stands out from what lies beside it, or all of that is parallel to it.
 
     thin (n, 3) m: all thinned points, also those of planes that were taken away. Without its neighbours, a

@@ -1,0 +1,180 @@
+"""Find the sides of bays, oriels and wings: narrow walls between a front and a part of it that stands out.
+
+The prism of a front claims them together with all else near its plane, and they are narrower than the walls
+that the search looks for. In plan they are short lines that slant from the front, over a storey or more.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from frontage.facades.candidate import FacadeCandidate, refine_candidate, sketch_candidate, some_inliers
+from frontage.facades.remaining import on_walls
+from frontage.facades.scene import FacadeScene
+from frontage.facades.sequential import in_prism, stands_out
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY, TOLERANCES
+
+_AROUND_CELLS = (3.5, 2.5)  # radii, in voxels, of the surroundings that tell the direction of a wall in plan
+_LINE = 0.15  # variance across over variance along, at most, of the plan of a wall
+_LEAST_WIDTH_M = 0.5  # m, of a side: the narrowest pier
+_LEAST_AREA_M2 = _LEAST_WIDTH_M * MASONRY.room_height  # of seen wall
+_LEAST_SEEN = 0.25  # share of that area that a line shows at least: near corners and panes none is straight
+_CLOSED = 0.9  # share of the rows between foot and head that show wall: sides of balconies have gaps
+_COLUMN = 0.1  # share of the fullest column of a wall that its other columns hold, at least
+_ROUNDS = 5  # in which a line is fitted to the points that lie on it
+_MOST = 0.5  # share of a wall on known walls that makes it one of them
+_END = 0.1  # share of a wall's points at either end that do not tell how deep it reaches
+
+
+def with_sides(
+    facades: Sequence[FacadeCandidate], thinned: FacadeScene, scene: FacadeScene, rng: np.random.Generator
+) -> list[FacadeCandidate]:
+    """Returns the facades together with the sides of what stands out from them, the largest sides first.
+
+    Sides are sketched on the thinned points and refined on all of them. No more are added than the options
+    allow facades.
+    """
+    found = list[FacadeCandidate]()
+    for front, votes in _slanting_lines(facades, thinned):
+        side = _sketch(votes, thinned, rng)
+        if side is None or not _is_side(side, front, [*facades, *found], thinned):
+            continue
+        side = refine_candidate(side, votes, scene, rng)
+        if side is not None and _is_large(side := _as_wide_as_its_wall(side, front), front):
+            found.append(side)
+    found.sort(key=lambda side: -side.cells.area)
+    return [*facades, *found][: max(scene.options.max_facades, len(facades))]
+
+
+def _slanting_lines(
+    facades: Sequence[FacadeCandidate], scene: FacadeScene
+) -> Iterator[tuple[FacadeCandidate, Float]]:
+    """Yields facades with the points (n, 3) m local of lines in plan that slant from them.
+
+    Lines with the most points come first, so that left and right decide nothing.
+    """
+    xyz = np.take(scene.cloud.xyz, scene.cloud.thin, axis=0)
+    free = ~on_walls(xyz, facades)
+    for around, facade in product(_AROUND_CELLS, facades):
+        q = facade.wall.coordinates(xyz)
+        near = free & in_prism(q, facade, scene.options) & (q[:, 1] < TOLERANCES.least_on_wall)
+        own = np.flatnonzero(near)
+        if len(own) * scene.cloud.cell**2 < _LEAST_AREA_M2:
+            continue
+        line = _lines(q[own, :2], scene.cloud.cell, around)
+        area = np.bincount(line[line >= 0]) * scene.cloud.cell**2
+        for number in np.argsort(-area, kind="stable"):
+            if area[number] >= _LEAST_SEEN * _LEAST_AREA_M2:
+                yield facade, xyz[own[line == number]]
+
+
+def _lines(xy: Float, cell: float, around: float) -> Int:
+    """Returns the number (n,) of the slanting line that each point (n, 2) m in plan belongs to, -1 for none.
+
+    The first axis lies along the facade. Places of a line are neighbours, and turn by no more than walls that
+    count as parallel.
+    """
+    place, count, at = _places(xy, 0.5 * cell)
+    near = cKDTree(at).query_pairs(around * cell, output_type="ndarray")
+    towards, straight = _directions(at, count, near)
+    slants = straight & (np.abs(towards[:, 0]) < TOLERANCES.parallel_cos)
+    close = np.linalg.norm(at[near[:, 0]] - at[near[:, 1]], axis=1) <= 2.0 * cell
+    alike = np.abs((towards[near[:, 0]] * towards[near[:, 1]]).sum(1)) > TOLERANCES.parallel_cos
+    joined = near[close & alike & slants[near].all(1)]
+    graph = coo_array((np.ones(len(joined)), tuple(joined.T)), (len(at), len(at)))
+    _, label = connected_components(graph, directed=False)
+    numbers = np.full(len(at), -1)
+    numbers[slants] = np.unique(label[slants], return_inverse=True)[1]
+    return numbers[place]
+
+
+def _places(xy: Float, cell: float) -> tuple[Int, Float, Float]:
+    """Returns the place (n,) of each point (n, 2) m, and how many (k,) and where (k, 2) m they are."""
+    key = np.floor(xy / cell).astype(np.int64)
+    _, place, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    place = place.ravel()
+    mean = np.column_stack([np.bincount(place, xy[:, k]) for k in range(2)]) / count[:, None]
+    return place, count.astype(np.float64), mean
+
+
+def _directions(at: Float, count: Float, near: Int) -> tuple[Float, Bool]:
+    """Returns the unit direction (k, 2) of the plan around every place, and whether it is straight there.
+
+    at (k, 2) m, places that `count` (k,) points lie on; near (m, 2), pairs of places.
+    """
+    size = len(at)
+    a, b = np.concatenate([near, near[:, ::-1], np.column_stack([np.arange(size)] * 2)]).T
+    weight, apart = count[b], at[b] - at[a]
+
+    def mean(values: Float) -> Float:
+        return np.bincount(a, weight * values, size) / np.bincount(a, weight, size)
+
+    x, y = mean(apart[:, 0]), mean(apart[:, 1])
+    xx, yy, xy = (mean(apart[:, i] * apart[:, k]) for i, k in ((0, 0), (1, 1), (0, 1)))
+    spread = np.stack([xx - x * x, xy - x * y, xy - x * y, yy - y * y], axis=1).reshape(-1, 2, 2)
+    variance, axes = np.linalg.eigh(spread)
+    return axes[:, :, 1], variance[:, 0] < _LINE * variance[:, 1]
+
+
+def _sketch(votes: Float, scene: FacadeScene, rng: np.random.Generator) -> FacadeCandidate | None:
+    """Sketches the upright wall that most of some points (n, 3) m lie on; panes and reveals lie beside it."""
+    own = votes
+    for _ in range(_ROUNDS):
+        centre = own.mean(0)
+        _, axes = np.linalg.eigh(np.cov((own - centre)[:, :2].T))
+        normal = np.array([*axes[:, 0], 0.0])
+        off = np.abs((votes - centre) @ normal)
+        own = votes[off <= max(scene.cloud.threshold, float(np.median(off)))]
+    sigma = scene.cloud.threshold / 3.0
+    return sketch_candidate(normal, centre, sigma=sigma, votes=votes, scene=scene, rng=rng)
+
+
+def _as_wide_as_its_wall(side: FacadeCandidate, front: FacadeCandidate) -> FacadeCandidate:
+    """Returns a side with the columns from the plane of its front to the last one that shows wall.
+
+    What else stands within the relief of a narrow wall is the next wall round the corner.
+    """
+    cells, depth = side.cells, _depths(side, front)
+    full = cells.wall.sum(0)
+    before = (depth < 0.5 * cells.cell) & (depth > -MASONRY.facade_reach)
+    outermost = depth[before & (full >= _COLUMN * full[before].max(initial=1))].min(initial=0.0)
+    own = before & (depth >= outermost)
+    whole, wall, shut = (own & mask for mask in (cells.whole, cells.wall, cells.shut))
+    return replace(side, cells=replace(cells, whole=whole, wall=wall, shut=shut))
+
+
+def _depths(side: FacadeCandidate, front: FacadeCandidate) -> Float:
+    """Returns how far (w,) m behind the plane of a front each column of a side lies."""
+    x = side.cells.corner[0] + (np.arange(side.cells.whole.shape[1]) + 0.5) * side.cells.cell
+    return front.wall.coordinates(side.wall.point + x[:, None] * side.wall.axes[:, 0])[:, 1]
+
+
+def _is_large(side: FacadeCandidate, front: FacadeCandidate) -> bool:
+    """Decides whether a side is as wide as a pier, a storey high, and closed from foot to head.
+
+    The wall of the front, which it meets, does not close it.
+    """
+    width, height = side.cells.size
+    rows = np.flatnonzero(side.cells.wall[:, _depths(side, front) < -side.cells.cell].any(1))
+    closed = len(rows) > 0 and len(rows) >= _CLOSED * (np.ptp(rows) + 1)
+    large = width >= _LEAST_WIDTH_M and height >= MASONRY.door_height
+    return bool(closed and large and side.cells.area >= _LEAST_AREA_M2)
+
+
+def _is_side(
+    side: FacadeCandidate, front: FacadeCandidate, known: Sequence[FacadeCandidate], scene: FacadeScene
+) -> bool:
+    """Decides whether a wall that is not known leads from a front to what stands out by more than relief."""
+    if abs(side.wall.normal @ front.wall.normal) > TOLERANCES.parallel_cos:
+        return False
+    own = some_inliers(side, scene.cloud)
+    depth = np.quantile(front.wall.coordinates(own)[:, 1], (_END, 1.0 - _END))
+    if np.ptp(depth) < (1.0 - 2.0 * _END) * MASONRY.relief or on_walls(own, known).mean() > _MOST:
+        return False
+    return stands_out(side, np.take(scene.cloud.xyz, scene.cloud.thin, axis=0), scene.cloud)
