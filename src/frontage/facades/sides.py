@@ -9,6 +9,7 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
+from scipy import ndimage
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -25,7 +26,7 @@ _LINE = 0.15  # variance across over variance along, at most, of the plan of a w
 _LEAST_WIDTH_M = 0.5  # m, of a side: the narrowest pier
 _LEAST_AREA_M2 = _LEAST_WIDTH_M * MASONRY.room_height  # of seen wall
 _LEAST_SEEN = 0.25  # share of that area that a line shows at least: near corners and panes none is straight
-_CLOSED = 0.9  # share of the rows between foot and head that show wall: sides of balconies have gaps
+_GAP = 3  # rows, an odd number: fewer without wall part nothing
 _COLUMN = 0.1  # share of the fullest column of a wall that its other columns hold, at least
 _ROUNDS = 5  # in which a line is fitted to the points that lie on it
 _MOST = 0.5  # share of a wall on known walls that makes it one of them
@@ -46,7 +47,7 @@ def with_sides(
         if side is None or not _is_side(side, front, [*facades, *found], thinned):
             continue
         side = refine_candidate(side, votes, scene, rng)
-        if side is not None and _is_large(side := _as_wide_as_its_wall(side, front), front):
+        if side is not None and _is_large(side := _cut_to_its_wall(side, front)):
             found.append(side)
     found.sort(key=lambda side: -side.cells.area)
     return [*facades, *found][: max(scene.options.max_facades, len(facades))]
@@ -135,16 +136,21 @@ def _sketch(votes: Float, scene: FacadeScene, rng: np.random.Generator) -> Facad
     return sketch_candidate(normal, centre, sigma=sigma, votes=votes, scene=scene, rng=rng)
 
 
-def _as_wide_as_its_wall(side: FacadeCandidate, front: FacadeCandidate) -> FacadeCandidate:
-    """Returns a side with the columns from the plane of its front to the last one that shows wall.
+def _cut_to_its_wall(side: FacadeCandidate, front: FacadeCandidate) -> FacadeCandidate:
+    """Returns a side with the columns from its front to the last one that shows wall, in the rows that do.
 
-    What else stands within the relief of a narrow wall is the next wall round the corner.
+    What else stands within the relief of a narrow wall is the next wall round the corner. Of walls above one
+    another, such as the sides of balconies, the highest is the side; the wall of the front joins none.
     """
     cells, depth = side.cells, _depths(side, front)
     full = cells.wall.sum(0)
     before = (depth < 0.5 * cells.cell) & (depth > -MASONRY.facade_reach)
     outermost = depth[before & (full >= _COLUMN * full[before].max(initial=1))].min(initial=0.0)
-    own = before & (depth >= outermost)
+    columns = before & (depth >= outermost)
+    rows = np.asarray(cells.wall[:, columns & (depth < -cells.cell)].any(1), np.bool_)
+    runs, number = ndimage.label(ndimage.binary_closing(rows, np.ones(_GAP, np.bool_)))
+    highest = np.bincount(runs, minlength=number + 1)[1:].argmax() + 1 if number else 1
+    own = (runs == highest)[:, None] & columns
     whole, wall, shut = (own & mask for mask in (cells.whole, cells.wall, cells.shut))
     return replace(side, cells=replace(cells, whole=whole, wall=wall, shut=shut))
 
@@ -155,16 +161,11 @@ def _depths(side: FacadeCandidate, front: FacadeCandidate) -> Float:
     return front.wall.coordinates(side.wall.point + x[:, None] * side.wall.axes[:, 0])[:, 1]
 
 
-def _is_large(side: FacadeCandidate, front: FacadeCandidate) -> bool:
-    """Decides whether a side is as wide as a pier, a storey high, and closed from foot to head.
-
-    The wall of the front, which it meets, does not close it.
-    """
+def _is_large(side: FacadeCandidate) -> bool:
+    """Decides whether a side is as wide as a pier and as high as a storey."""
     width, height = side.cells.size
-    rows = np.flatnonzero(side.cells.wall[:, _depths(side, front) < -side.cells.cell].any(1))
-    closed = len(rows) > 0 and len(rows) >= _CLOSED * (np.ptp(rows) + 1)
     large = width >= _LEAST_WIDTH_M and height >= MASONRY.door_height
-    return bool(closed and large and side.cells.area >= _LEAST_AREA_M2)
+    return bool(large and side.cells.area >= _LEAST_AREA_M2)
 
 
 def _is_side(

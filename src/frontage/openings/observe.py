@@ -8,6 +8,7 @@ from frontage.geometry.arrays import Bool
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
+from frontage.openings.blind import BlindNiche, find_blind_niches, without_blind_niches
 from frontage.openings.layout.bands import find_posts
 from frontage.openings.layout.densities import wider_cells
 from frontage.openings.layout.joinery import joinery_planes
@@ -38,6 +39,7 @@ class ObservedWall:
               on ever wider cells for parts of the wall that are scanned ever more sparsely
     posts     posts of joinery between the windows of a band, which count as wall, and narrow strips of wall
     ground    m, height z of the ground at the wall in the facade frame
+    blind     niches that count as wall
     """
 
     facade: Facade
@@ -46,15 +48,16 @@ class ObservedWall:
     rasters: Sequence[Sequence[Evidence]]
     posts: tuple[Post, ...]
     ground: float
+    blind: tuple[BlindNiche, ...] = ()
 
 
 def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> ObservedWall | Failed:
     """Sorts the beams of a facade's working cloud and weighs, cell by cell, whether the wall is open there.
 
     The inner faces of scanned rooms tell where masonry is. Recesses larger than any opening lie at their own
-    depth. Shallow panels count as wall, and so do posts between the windows of a band. Narrow strips of wall
-    part openings. Returns `Failed` F401 when the facade has too few points, and F402 when hardly any of them
-    lie on the wall.
+    depth. Shallow panels count as wall, and so do blind niches, and posts between the windows of a band.
+    Narrow strips of wall part openings. Returns `Failed` F401 when the facade has too few points, and F402
+    when hardly any of them lie on the wall.
     """
     if len(facade.support) < _FEWEST_POINTS:
         return Failed(
@@ -81,6 +84,10 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
         evidence = again(facade, beams)
+    blind = find_blind_niches(beams, evidence, facade, scan, ground)
+    if blind:
+        again = partial(again, blind=blind)
+        evidence = again(facade, beams)
     first = partial(again, facade, inside=None)
     finest = [evidence, *(first(beams, scale=scale) for scale in _SIDES[1:])]
     planes = list(joinery_planes(beams, evidence))
@@ -88,7 +95,7 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     posts = find_posts(planes, finest, ground)
     beams, finest = _with_posts_and_slats(beams, posts, finest, partial(again, facade))
     wider = [[first(beams, scale=wide * side) for side in _SIDES] for wide in wider_cells(finest[0])]
-    return ObservedWall(facade, beams, finest[0], [finest, *wider], posts + strips, ground)
+    return ObservedWall(facade, beams, finest[0], [finest, *wider], posts + strips, ground, blind)
 
 
 def _with_posts_and_slats(
@@ -126,13 +133,14 @@ def _evidence(
     ground: float,
     inside: Bool | None = None,
     inner: InnerFace | None = None,
+    blind: Sequence[BlindNiche] = (),
     scale: float = 1.0,
 ) -> Evidence:
-    """Weighs hits, passes, missing beams, beams without return, panels, and the inner face of the wall.
+    """Weighs hits, passes, missing beams, beams without return, panels, niches and the wall's inner face.
 
     `inside` (h, w) are the cells within the facade's outline where they are known; cells are `scale` times as
     wide as the spacing asks for.
     """
     evidence = with_lost_beams(weigh(facade, beams, inside, scale), facade, scan, beams)
-    evidence = without_panels(evidence, beams, ground)
+    evidence = without_blind_niches(without_panels(evidence, beams, ground), beams, blind)
     return evidence if inner is None else with_inner_face(evidence, inner.places)

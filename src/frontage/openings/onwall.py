@@ -55,6 +55,7 @@ def find_on_wall(
     found += [
         (c.outline, Provenance.MEASURED, c.evidence, c.confidence)
         for c in find_closed_openings(facade, scan, wall.beams, wall.evidence, outlines, ortho=ortho)
+        if not any(niche.fills(c.outline.place) for niche in wall.blind)
     ]
     openings = _openings(scan, wall, beams, found)
     least = (options.min_width, options.min_height)

@@ -176,7 +176,9 @@ def _flattened(intensity: Array, index: Array, scan: Scan, facade: Facade) -> Fl
     """Returns the logarithm of the intensity (n,) less what range and incidence explain, by station.
 
     A robust line in the logarithms of range and of the cosine of incidence (Hoefle & Pfeifer 2007), whose
-    exponents the wall itself tells, for instruments compress and correct in their own ways.
+    exponents the wall itself tells, for instruments compress and correct in their own ways. The range is that
+    to the facade's plane: with the range to the points, both together would be the depth of the points, and
+    the darkness of a shutter behind the wall would be explained by its depth.
     """
     raw = intensity.astype(np.float64)
     some = raw[raw > 0.0]
@@ -188,10 +190,10 @@ def _flattened(intensity: Array, index: Array, scan: Scan, facade: Facade) -> Fl
     for group in groups:
         if group.sum() < _PLACES:
             continue
-        ray = facade.frame.inverse.apply(scan.xyz[index[group]])
-        ray = ray - facade.frame.inverse.apply(scan.sensor_of(index[group]))
-        range_ = np.maximum(np.linalg.norm(ray, axis=1), 1e-3)
-        cosine = np.maximum(np.abs(ray[:, 1]) / range_, 1e-3)
+        eye = facade.frame.inverse.apply(scan.sensor_of(index[group]))
+        ray = facade.frame.inverse.apply(scan.xyz[index[group]]) - eye
+        cosine = np.maximum(np.abs(ray[:, 1]) / np.maximum(np.linalg.norm(ray, axis=1), 1e-3), 1e-3)
+        range_ = np.maximum(np.abs(eye[:, 1]), 1e-3) / cosine
         model = np.column_stack([np.ones(len(ray)), np.log(range_), np.log(cosine)])
         out[group] = v[group] - model @ _robust_line(model, v[group])
     return out

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool
+from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence, local_rate, log_likelihood_ratio
@@ -28,27 +28,39 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     """
     raster = evidence.raster
     shallow = beams.open_depth <= MASONRY.panel
-    (x, z), depth = beams.open[shallow].T, beams.open_depth[shallow]
-    held, first, second = (raster.count(x, z, depth**power) for power in range(3))
-    come, first, second = (averaged(m) for m in (held, first, second))
-    spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
-    full = local_rate(held, evidence.expected, 1.0) >= _FULL
-    full &= (evidence.expected > 0.0) & (spread < (beams.least / 2.0) ** 2)
-    least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
-    # counts scatter, so small gaps are closed first
-    full = closed(full, (3, 3))
-    full = opened(full, (least, least))
+    full = full_and_even(evidence, beams.open[shallow], beams.open_depth[shallow], beams.least)
     foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
     is_open = evidence.llr > 0.0
     leaves = _doors(full, is_open, foot, raster.cell) | _shutters(full, is_open, raster.cell)
     panel = ndimage.maximum_filter(full & ~leaves, 3)
-    held = np.where(panel, held, 0.0)
+    return as_wall(evidence, np.where(panel, raster.count(*beams.open[shallow].T), 0.0), panel)
+
+
+def full_and_even(evidence: Evidence, place: Float, depth: Float, least: float) -> Bool:
+    """Returns the cells (h, w) that points of one surface fill as the wall would, wider than a frame.
+
+    place, depth  (n, 2) m, (n,) m of the points behind the wall
+    least         m from a surface beyond which a point is not on it
+    """
+    raster = evidence.raster
+    x, z = place.T
+    held, first, second = (raster.count(x, z, depth**power) for power in range(3))
+    come, first, second = (averaged(m) for m in (held, first, second))
+    spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
+    full = local_rate(held, evidence.expected, 1.0) >= _FULL
+    full &= (evidence.expected > 0.0) & (spread < (least / 2.0) ** 2)
+    narrowest = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
+    full = closed(full, (3, 3))  # counts scatter, so small gaps are closed first
+    return opened(full, (narrowest, narrowest))
+
+
+def as_wall(evidence: Evidence, held: Float, where: Bool) -> Evidence:
+    """Returns the evidence with cells `where` (h, w) as wall, and with points (h, w) from behind it on it."""
     if not held.any():
         return evidence
     solid, open_ = evidence.solid + held, evidence.open - held
-    llr = np.where(
-        panel & evidence.inside, log_likelihood_ratio(evidence.expected, solid, 0.0 * open_), evidence.llr
-    )
+    told = log_likelihood_ratio(evidence.expected, solid, 0.0 * open_)
+    llr = np.where(where & evidence.inside, told, evidence.llr)
     return replace(evidence, llr=llr, solid=solid, open=open_)
 
 

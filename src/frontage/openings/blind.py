@@ -1,0 +1,126 @@
+"""Blind windows and sunk panels: niches that are closed by what the wall itself consists of.
+
+A closed shutter and a bricked-up window are both one even surface a hand's breadth behind the wall. How they
+look tells them apart: masonry and plaster have the colour of the wall around them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
+from frontage.model.scan import Scan
+from frontage.openings.boxes import Box
+from frontage.openings.closed.channels import WallSamples, scan_layer, wall_points, within
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.panels import as_wall, full_and_even
+
+_DEEPEST = 0.25  # m behind the wall: a leaf of one brick, the depth of a reveal
+_RECTANGLE = 0.8  # share of its box that a niche fills
+_MOST = 0.5  # share of a box that is most of it
+_BORDER = 0.1  # m, of a niche, where cells show the wall beside it and its sides as well
+_AROUND = 0.6  # m around a niche, in which the wall tells how it looks
+_TILE = 0.25  # m, side of the tiles of which the means are compared
+_FEWEST = 5  # points in a tile, and tiles, that tell a mean
+_ALIKE = 2.0  # standard deviations of the wall's own tiles by which the means of a niche may differ
+_EVEN = 0.03  # least such standard deviation, in logarithms of intensity and colour
+_GREY = 0.1  # by which the logarithms of red and blue over green of a coloured wall differ from grey
+
+
+@dataclass(frozen=True)
+class BlindNiche:
+    """A niche that is wall: its box m, and its depth m behind the wall around it."""
+
+    box: Box
+    depth: float
+
+    def fills(self, box: Box) -> bool:
+        """Returns whether the niche is most of what lies in a box."""
+        width, height = (min(self.box[k + 2], box[k + 2]) - max(self.box[k], box[k]) for k in range(2))
+        return min(width, height) > 0.0 and width * height > _MOST * (box[2] - box[0]) * (box[3] - box[1])
+
+    def holds(self, xz: Float, depth: Float, least: float) -> Bool:
+        """Returns which places (n, 2) m with points (n,) m behind the wall show the back of this niche."""
+        return within(xz, self.box) & (np.abs(depth - self.depth) <= 2.0 * least)
+
+
+def find_blind_niches(
+    beams: Beams, evidence: Evidence, facade: Facade, scan: Scan, ground: float
+) -> tuple[BlindNiche, ...]:
+    """Returns the blind niches of a wall.
+
+    There are none in scans without colours, because intensity alone tells too little. What reaches down to
+    the ground, at the height `ground` z m, may be a door, and is none.
+    """
+    if scan.rgb is None:
+        return ()
+    highest = ground + MASONRY.threshold - _BORDER  # of the foot of a door
+    niches = [n for n in _closed_niches(beams, evidence) if n.box[1] > highest]
+    if not niches:
+        return ()
+    surface = wall_points(facade, scan, beams, (0.0, _DEEPEST + 2.0 * beams.least))
+    _, looks = scan_layer(surface, facade, scan).near((-np.inf, -np.inf, np.inf, np.inf))
+    return tuple(n for n in niches if _looks_like_the_wall(n, surface, looks, beams))
+
+
+def without_blind_niches(evidence: Evidence, beams: Beams, niches: Sequence[BlindNiche]) -> Evidence:
+    """Returns the evidence with the backs of niches as wall."""
+    on = np.zeros(len(beams.open), np.bool_)
+    for niche in niches:
+        on |= niche.holds(beams.open, beams.open_depth, beams.least)
+    if not on.any():
+        return evidence
+    back = np.zeros(evidence.llr.shape, np.bool_)
+    for niche in niches:
+        back[evidence.raster.cells(niche.box)] = True
+    return as_wall(evidence, np.where(back, evidence.raster.count(*beams.open[on].T), 0.0), back)
+
+
+def _closed_niches(beams: Beams, evidence: Evidence) -> list[BlindNiche]:
+    """Returns the niches that one even surface closes, deeper than panels."""
+    deep = (beams.open_depth > MASONRY.panel) & (beams.open_depth <= _DEEPEST)
+    place, depth = beams.open[deep], beams.open_depth[deep]
+    full = full_and_even(evidence, place, depth, beams.least)
+    labels, _ = ndimage.label(full)
+    found = []
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        box = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
+        own = within(place, box)
+        if (labels[rows, columns] == number).mean() >= _RECTANGLE and own.any():
+            x0, z0, x1, z1 = box
+            whole = (x0 - _BORDER, z0 - _BORDER, x1 + _BORDER, z1 + _BORDER)
+            found.append(BlindNiche(whole, float(np.median(depth[own]))))
+    return found
+
+
+def _looks_like_the_wall(niche: BlindNiche, surface: WallSamples, looks: Float, beams: Beams) -> bool:
+    """Decides whether the back of a niche has the colour of the wall around it.
+
+    looks (n, c): relief, intensity if there is one, lightness, red over green, blue over green. On a grey
+    wall the intensity must be the same as well, because shutters are white and grey, too.
+    """
+    x0, z0, x1, z1 = niche.box
+    around = (x0 - _AROUND, z0 - _AROUND, x1 + _AROUND, z1 + _AROUND)
+    back = niche.holds(surface.xz, surface.depth, beams.least)
+    wall = within(surface.xz, around) & (np.abs(surface.depth) <= beams.least)
+    own, other = (_tile_means(surface.xz[some], looks[some, 1:]) for some in (back, wall))
+    if min(len(own), len(other)) < _FEWEST:
+        return False
+    centre = np.median(other, axis=0)
+    spread = np.maximum(1.4826 * np.median(np.abs(other - centre), axis=0), _EVEN)
+    alike = np.abs(np.median(own, axis=0) - centre) <= _ALIKE * spread
+    coloured = np.abs(centre[-2:]).max() > _GREY
+    return bool(alike[-3:].all() and (coloured or (len(alike) > 3 and alike[0])))
+
+
+def _tile_means(xz: Float, looks: Float) -> Float:
+    """Returns the means (k, c) of values (n, c) in tiles that hold enough of the places (n, 2) m."""
+    key = np.floor(xz / _TILE).astype(np.int64)
+    _, tile, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    sums = [np.bincount(tile.ravel(), v, len(count)) for v in looks.T]
+    return (np.column_stack(sums) / count[:, None])[count >= _FEWEST]
