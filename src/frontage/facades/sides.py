@@ -26,6 +26,7 @@ _LINE = 0.15  # variance across over variance along, at most, of the plan of a w
 _LEAST_WIDTH_M = 0.5  # m, of a side: the narrowest pier
 _LEAST_AREA_M2 = _LEAST_WIDTH_M * MASONRY.room_height  # of seen wall
 _LEAST_SEEN = 0.25  # share of that area that a line shows at least: near corners and panes none is straight
+_FEWEST = 10  # points of a line, at least
 _GAP = 3  # rows, an odd number: fewer without wall part nothing
 _COLUMN = 0.1  # share of the fullest column of a wall that its other columns hold, at least
 _ROUNDS = 5  # in which a line is fitted to the points that lie on it
@@ -69,9 +70,10 @@ def _slanting_lines(
         if len(own) * scene.cloud.cell**2 < _LEAST_AREA_M2:
             continue
         line = _lines(q[own, :2], scene.cloud.cell, around)
-        area = np.bincount(line[line >= 0]) * scene.cloud.cell**2
-        for number in np.argsort(-area, kind="stable"):
-            if area[number] >= _LEAST_SEEN * _LEAST_AREA_M2:
+        held = np.bincount(line[line >= 0])
+        least = max(_LEAST_SEEN * _LEAST_AREA_M2 / scene.cloud.cell**2, _FEWEST)
+        for number in np.argsort(-held, kind="stable"):
+            if held[number] >= least:
                 yield facade, xyz[own[line == number]]
 
 
