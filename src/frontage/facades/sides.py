@@ -40,10 +40,12 @@ def with_sides(
     """Returns the facades together with the sides of what stands out from them, the largest sides first.
 
     Sides are sketched on the thinned points and refined on all of them. No more are added than the options
-    allow facades.
+    allow facades. None are looked for where the sensors are unknown: what stands before a front is then too
+    often taken for a side, and windows of the front for those of the side.
     """
     found = list[FacadeCandidate]()
-    for front, votes in _slanting_lines(facades, thinned):
+    fronts = [facade for facade in facades if facade.side.told_by == "rays"]
+    for front, votes in _slanting_lines(fronts, facades, thinned):
         side = _sketch(votes, thinned, rng)
         if side is None or not _is_side(side, front, [*facades, *found], thinned):
             continue
@@ -55,17 +57,18 @@ def with_sides(
 
 
 def _slanting_lines(
-    facades: Sequence[FacadeCandidate], scene: FacadeScene
+    fronts: Sequence[FacadeCandidate], facades: Sequence[FacadeCandidate], scene: FacadeScene
 ) -> Iterator[tuple[FacadeCandidate, Float]]:
-    """Yields facades with the points (n, 3) m local of lines in plan that slant from them.
+    """Yields fronts with the points (n, 3) m local of lines in plan that slant from them.
 
-    Lines with the most points come first, so that left and right decide nothing.
+    Points on the walls of facades belong to none. Lines with the most points come first, so that left and
+    right decide nothing.
     """
     xyz = np.take(scene.cloud.xyz, scene.cloud.thin, axis=0)
     free = ~on_walls(xyz, facades)
-    for around, facade in product(_AROUND_CELLS, facades):
-        q = facade.wall.coordinates(xyz)
-        near = free & in_prism(q, facade, scene.options) & (q[:, 1] < TOLERANCES.least_on_wall)
+    for around, front in product(_AROUND_CELLS, fronts):
+        q = front.wall.coordinates(xyz)
+        near = free & in_prism(q, front, scene.options) & (q[:, 1] < TOLERANCES.least_on_wall)
         own = np.flatnonzero(near)
         if len(own) * scene.cloud.cell**2 < _LEAST_AREA_M2:
             continue
@@ -74,7 +77,7 @@ def _slanting_lines(
         least = max(_LEAST_SEEN * _LEAST_AREA_M2 / scene.cloud.cell**2, _FEWEST)
         for number in np.argsort(-held, kind="stable"):
             if held[number] >= least:
-                yield facade, xyz[own[line == number]]
+                yield front, xyz[own[line == number]]
 
 
 def _lines(xy: Float, cell: float, around: float) -> Int:
