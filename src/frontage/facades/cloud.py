@@ -1,6 +1,7 @@
 """The cloud of one building: all points, a thinned copy of equal density, and the measured noise."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -31,6 +32,11 @@ class BuildingCloud:
     cell: float
     raster: float
     noise: float
+
+    @cached_property
+    def thinned(self) -> Float:
+        """The thinned points (k, 3) m."""
+        return np.take(self.xyz, self.thin, axis=0)
 
     def bounded(self) -> "BuildingCloud":
         """Returns the cloud that the search looks at: all points, or one per voxel of more than 200,000.

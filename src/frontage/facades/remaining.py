@@ -33,7 +33,7 @@ def search_remaining(
     A sketch may join walls on both sides of a gap, of which the refined wall is one. Where a front bends,
     planes on both sides of the bend may claim the part between them, although it slants from both.
     """
-    thin = np.take(scene.cloud.xyz, scene.cloud.thin, axis=0)
+    thin = scene.cloud.thinned
     lost = _are_claimed(thin, sketches, scene.options) & ~_are_claimed(thin, refined, scene.options)
     found: list[FacadeCandidate] = []
     for own, is_new in ((lost, is_no_layer), (_in_bent_columns(thin, refined, scene), _slants)):

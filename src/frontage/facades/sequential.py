@@ -17,8 +17,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import TOLERANCES
 
 _PATIENCE = 3  # rejected planes in a row before the search ends
-_LEAST_HEIGHT_M = 2.0  # m, of a facade: a low storey
-_LEAST_WIDTH_M = 1.0  # m, of a facade: a pier
+_LEAST_SIZE_M = (1.0, 2.0)  # m, width and height of a facade: a pier, a low storey
 _LEAST_CONTRAST = 2.0  # wall area over that of slabs beside it: a bush or a furnished room has 1
 _LEAST_PARALLEL = 0.5  # share of the patches beside a plane at one depth each: a front in many planes
 _PATCH = 3.0  # voxels, side of a patch: nine points of a wall
@@ -32,7 +31,7 @@ def search_candidates(scene: FacadeScene, rng: np.random.Generator) -> list[Faca
 
     The search ends when no plane holds enough points for a facade, or after three rejected planes in a row.
     """
-    thin = np.take(scene.cloud.xyz, scene.cloud.thin, axis=0)
+    thin = scene.cloud.thinned
     return search_among(thin, np.ones(len(thin), np.bool_), (), is_no_layer, scene, rng)
 
 
@@ -94,14 +93,16 @@ def least_area(known: Sequence[FacadeCandidate], options: FacadeOptions) -> floa
     return max(options.min_area, options.min_share * largest)
 
 
-def is_large(cells: CellMap, least: float) -> bool:
-    """Decides whether a wall is large enough: `least` m2, a pier wide, and a storey high.
+def is_large(cells: CellMap, least: float, size: tuple[float, float] = _LEAST_SIZE_M) -> bool:
+    """Decides whether a wall is large enough: `least` m2, and as wide and as high as `size` m.
+
+    Without a `size`, it must be a pier wide and a storey high.
 
     How much of its outline shows wall does not matter: colonnades, entablatures and recessed walls of one
     front lie in many planes, none of which may fill a quarter of it.
     """
     width, height = cells.size
-    return cells.area >= least and width >= _LEAST_WIDTH_M and height >= _LEAST_HEIGHT_M
+    return cells.area >= least and width >= size[0] and height >= size[1]
 
 
 def stands_out(candidate: FacadeCandidate, thin: Float, cloud: BuildingCloud) -> bool:

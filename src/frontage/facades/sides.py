@@ -1,7 +1,7 @@
 """Find the sides of bays, oriels and wings: narrow walls between a front and a part of it that stands out.
 
-The prism of a front claims them together with all else near its plane, and they are narrower than the walls
-that the search looks for. In plan they are short lines that slant from the front, over a storey or more.
+The search for walls misses them: they are narrower than the walls that it looks for, and it counts everything
+near the plane of a front as part of that front. In plan they are short lines that slant from the front.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,20 +17,22 @@ from scipy.spatial import cKDTree
 from frontage.facades.candidate import FacadeCandidate, refine_candidate, sketch_candidate, some_inliers
 from frontage.facades.remaining import on_walls
 from frontage.facades.scene import FacadeScene
-from frontage.facades.sequential import in_prism, stands_out
+from frontage.facades.sequential import in_prism, is_large, stands_out
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.plane import fit_upright_plane, plane_offsets
 from frontage.model.masonry import MASONRY, TOLERANCES
 
 _AROUND_CELLS = (3.5, 2.5)  # radii, in voxels, of the surroundings that tell the direction of a wall in plan
 _LINE = 0.15  # variance across over variance along, at most, of the plan of a wall
 _LEAST_WIDTH_M = 0.5  # m, of a side: the narrowest pier
 _LEAST_AREA_M2 = _LEAST_WIDTH_M * MASONRY.room_height  # of seen wall
+_LEAST = (_LEAST_AREA_M2, (_LEAST_WIDTH_M, MASONRY.door_height))  # area, width and height of a side
 _LEAST_SEEN = 0.25  # share of that area that a line shows at least: near corners and panes none is straight
 _FEWEST = 10  # points of a line, at least
-_GAP = 3  # rows, an odd number: fewer without wall part nothing
-_COLUMN = 0.1  # share of the fullest column of a wall that its other columns hold, at least
-_ROUNDS = 5  # in which a line is fitted to the points that lie on it
-_MOST = 0.5  # share of a wall on known walls that makes it one of them
+_GAP = 3  # rows: a side may have fewer rows without wall in a row (an odd number)
+_COLUMN = 0.1  # share of the wall in its fullest column that a column of a side shows at least
+_ROUNDS = 5  # rounds of the fit of a line
+_MOST = 0.5  # a wall of which a larger share lies on known walls is not new
 _END = 0.1  # share of a wall's points at either end that do not tell how deep it reaches
 
 
@@ -40,8 +42,8 @@ def with_sides(
     """Returns the facades together with the sides of what stands out from them, the largest sides first.
 
     Sides are sketched on the thinned points and refined on all of them. No more are added than the options
-    allow facades. None are looked for where the sensors are unknown: what stands before a front is then too
-    often taken for a side, and windows of the front for those of the side.
+    allow facades. Without sensor positions no sides are looked for, because too much of what stands before a
+    front would be taken for a side.
     """
     found = list[FacadeCandidate]()
     fronts = [facade for facade in facades if facade.side.told_by == "rays"]
@@ -50,7 +52,7 @@ def with_sides(
         if side is None or not _is_side(side, front, [*facades, *found], thinned):
             continue
         side = refine_candidate(side, votes, scene, rng)
-        if side is not None and _is_large(side := _cut_to_its_wall(side, front)):
+        if side is not None and is_large((side := _cut_to_its_wall(side, front)).cells, *_LEAST):
             found.append(side)
     found.sort(key=lambda side: -side.cells.area)
     return [*facades, *found][: max(scene.options.max_facades, len(facades))]
@@ -59,22 +61,24 @@ def with_sides(
 def _slanting_lines(
     fronts: Sequence[FacadeCandidate], facades: Sequence[FacadeCandidate], scene: FacadeScene
 ) -> Iterator[tuple[FacadeCandidate, Float]]:
-    """Yields fronts with the points (n, 3) m local of lines in plan that slant from them.
+    """Yields each front with the points (n, 3) m local of every line in plan that slants from it.
 
-    Points on the walls of facades belong to none. Lines with the most points come first, so that left and
-    right decide nothing.
+    Points on the walls of facades belong to no line. The lines with the most points come first, so that left
+    and right decide nothing.
     """
-    xyz = np.take(scene.cloud.xyz, scene.cloud.thin, axis=0)
+    xyz, cell = scene.cloud.thinned, scene.cloud.cell
     free = ~on_walls(xyz, facades)
-    for around, front in product(_AROUND_CELLS, fronts):
+    before = []
+    for front in fronts:
         q = front.wall.coordinates(xyz)
         near = free & in_prism(q, front, scene.options) & (q[:, 1] < TOLERANCES.least_on_wall)
-        own = np.flatnonzero(near)
-        if len(own) * scene.cloud.cell**2 < _LEAST_AREA_M2:
+        before.append((front, np.flatnonzero(near), q[near, :2]))
+    least = max(_LEAST_SEEN * _LEAST_AREA_M2 / cell**2, _FEWEST)
+    for around, (front, own, xy) in product(_AROUND_CELLS, before):
+        if len(own) * cell**2 < _LEAST_AREA_M2:
             continue
-        line = _lines(q[own, :2], scene.cloud.cell, around)
+        line = _lines(xy, cell, around)
         held = np.bincount(line[line >= 0])
-        least = max(_LEAST_SEEN * _LEAST_AREA_M2 / scene.cloud.cell**2, _FEWEST)
         for number in np.argsort(-held, kind="stable"):
             if held[number] >= least:
                 yield front, xyz[own[line == number]]
@@ -129,23 +133,22 @@ def _directions(at: Float, count: Float, near: Int) -> tuple[Float, Bool]:
 
 
 def _sketch(votes: Float, scene: FacadeScene, rng: np.random.Generator) -> FacadeCandidate | None:
-    """Sketches the upright wall that most of some points (n, 3) m lie on; panes and reveals lie beside it."""
+    """Sketches the upright wall that most of the points (n, 3) m lie on. The others are panes and reveals."""
     own = votes
     for _ in range(_ROUNDS):
-        centre = own.mean(0)
-        _, axes = np.linalg.eigh(np.cov((own - centre)[:, :2].T))
-        normal = np.array([*axes[:, 0], 0.0])
-        off = np.abs((votes - centre) @ normal)
+        normal, centre = fit_upright_plane(own)
+        off = np.abs(plane_offsets(votes, normal, centre))
         own = votes[off <= max(scene.cloud.threshold, float(np.median(off)))]
     sigma = scene.cloud.threshold / 3.0
     return sketch_candidate(normal, centre, sigma=sigma, votes=votes, scene=scene, rng=rng)
 
 
 def _cut_to_its_wall(side: FacadeCandidate, front: FacadeCandidate) -> FacadeCandidate:
-    """Returns a side with the columns from its front to the last one that shows wall, in the rows that do.
+    """Cuts the outline of a side to its own wall.
 
-    What else stands within the relief of a narrow wall is the next wall round the corner. Of walls above one
-    another, such as the sides of balconies, the highest is the side; the wall of the front joins none.
+    The columns reach from the plane of the front to the last column that shows wall: beyond them stands the
+    next wall round the corner. Of the rows that show wall, the highest run without gaps is kept, because the
+    sides of balconies stand one above another. The wall of the front closes no gap between them.
     """
     cells, depth = side.cells, _depths(side, front)
     full = cells.wall.sum(0)
@@ -166,13 +169,6 @@ def _depths(side: FacadeCandidate, front: FacadeCandidate) -> Float:
     return front.wall.coordinates(side.wall.point + x[:, None] * side.wall.axes[:, 0])[:, 1]
 
 
-def _is_large(side: FacadeCandidate) -> bool:
-    """Decides whether a side is as wide as a pier and as high as a storey."""
-    width, height = side.cells.size
-    large = width >= _LEAST_WIDTH_M and height >= MASONRY.door_height
-    return bool(large and side.cells.area >= _LEAST_AREA_M2)
-
-
 def _is_side(
     side: FacadeCandidate, front: FacadeCandidate, known: Sequence[FacadeCandidate], scene: FacadeScene
 ) -> bool:
@@ -183,4 +179,4 @@ def _is_side(
     depth = np.quantile(front.wall.coordinates(own)[:, 1], (_END, 1.0 - _END))
     if np.ptp(depth) < (1.0 - 2.0 * _END) * MASONRY.relief or on_walls(own, known).mean() > _MOST:
         return False
-    return stands_out(side, np.take(scene.cloud.xyz, scene.cloud.thin, axis=0), scene.cloud)
+    return stands_out(side, scene.cloud.thinned, scene.cloud)

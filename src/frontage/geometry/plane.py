@@ -28,6 +28,18 @@ def plane_offsets(xyz: Float, normal: Float, point: Float) -> Float:
     return np.asarray(xyz @ normal - float(np.dot(normal, point)), np.float64)
 
 
+def fit_upright_plane(xyz: Float, weights: Float | None = None) -> tuple[Float, Float]:
+    """Fits an upright plane to points (n, 3) by total least squares in plan.
+
+    Returns the unit normal (3,), which is horizontal and has an arbitrary sign, and the centroid (3,).
+    """
+    w = np.ones(len(xyz)) if weights is None else weights
+    centre = (w @ xyz) / w.sum()
+    q = (xyz - centre)[:, :2]
+    _, vectors = np.linalg.eigh((q * w[:, None]).T @ q)
+    return np.array([*vectors[:, 0], 0.0]), centre
+
+
 def fit_plane(xyz: Float, weights: Float | None = None) -> tuple[Float, Float, Float]:
     """Fits a plane to points (n, 3) by total least squares.
 

@@ -1,4 +1,4 @@
-"""Blind windows and sunk panels: niches that are closed by what the wall itself consists of.
+"""Blind windows and sunk panels: niches that are closed by the material of the wall.
 
 A closed shutter and a bricked-up window are both one even surface a hand's breadth behind the wall. How they
 look tells them apart: masonry and plaster have the colour of the wall around them.
@@ -14,19 +14,20 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
-from frontage.openings.boxes import Box
+from frontage.openings.boxes import Box, grown
 from frontage.openings.closed.channels import WallSamples, scan_layer, wall_points, within
+from frontage.openings.layout.rasters import shared_areas
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.panels import as_wall, full_and_even
 
 _DEEPEST = 0.25  # m behind the wall: a leaf of one brick, the depth of a reveal
 _RECTANGLE = 0.8  # share of its box that a niche fills
-_MOST = 0.5  # share of a box that is most of it
-_BORDER = 0.1  # m, of a niche, where cells show the wall beside it and its sides as well
+_MOST = 0.5  # share of a box that counts as most of it
+_BORDER = 0.1  # m at the border of a niche, where cells show its sides and the wall beside it as well
 _AROUND = 0.6  # m around a niche, in which the wall tells how it looks
 _TILE = 0.25  # m, side of the tiles of which the means are compared
-_FEWEST = 5  # points in a tile, and tiles, that tell a mean
+_FEWEST = 5  # least number of points in a tile, and of tiles of a surface, from which a mean is told
 _ALIKE = 2.0  # standard deviations of the wall's own tiles by which the means of a niche may differ
 _EVEN = 0.03  # least such standard deviation, in logarithms of intensity and colour
 _GREY = 0.1  # by which the logarithms of red and blue over green of a coloured wall differ from grey
@@ -40,9 +41,9 @@ class BlindNiche:
     depth: float
 
     def fills(self, box: Box) -> bool:
-        """Returns whether the niche is most of what lies in a box."""
-        width, height = (min(self.box[k + 2], box[k + 2]) - max(self.box[k], box[k]) for k in range(2))
-        return min(width, height) > 0.0 and width * height > _MOST * (box[2] - box[0]) * (box[3] - box[1])
+        """Returns whether the niche covers most of a box."""
+        shared = shared_areas(np.array([box]), np.array([self.box])).item()
+        return bool(shared > _MOST * (box[2] - box[0]) * (box[3] - box[1]))
 
     def holds(self, xz: Float, depth: Float, least: float) -> Bool:
         """Returns which places (n, 2) m with points (n,) m behind the wall show the back of this niche."""
@@ -54,8 +55,8 @@ def find_blind_niches(
 ) -> tuple[BlindNiche, ...]:
     """Returns the blind niches of a wall.
 
-    There are none in scans without colours, because intensity alone tells too little. What reaches down to
-    the ground, at the height `ground` z m, may be a door, and is none.
+    Scans without colours give none, because intensity alone tells too little. A niche that reaches down to
+    the ground, at the height `ground` z m, may be a door and is left out.
     """
     if scan.rgb is None:
         return ()
@@ -92,9 +93,7 @@ def _closed_niches(beams: Beams, evidence: Evidence) -> list[BlindNiche]:
         box = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
         own = within(place, box)
         if (labels[rows, columns] == number).mean() >= _RECTANGLE and own.any():
-            x0, z0, x1, z1 = box
-            whole = (x0 - _BORDER, z0 - _BORDER, x1 + _BORDER, z1 + _BORDER)
-            found.append(BlindNiche(whole, float(np.median(depth[own]))))
+            found.append(BlindNiche(grown(box, _BORDER), float(np.median(depth[own]))))
     return found
 
 
@@ -104,10 +103,8 @@ def _looks_like_the_wall(niche: BlindNiche, surface: WallSamples, looks: Float, 
     looks (n, c): relief, intensity if there is one, lightness, red over green, blue over green. On a grey
     wall the intensity must be the same as well, because shutters are white and grey, too.
     """
-    x0, z0, x1, z1 = niche.box
-    around = (x0 - _AROUND, z0 - _AROUND, x1 + _AROUND, z1 + _AROUND)
     back = niche.holds(surface.xz, surface.depth, beams.least)
-    wall = within(surface.xz, around) & (np.abs(surface.depth) <= beams.least)
+    wall = within(surface.xz, grown(niche.box, _AROUND)) & (np.abs(surface.depth) <= beams.least)
     own, other = (_tile_means(surface.xz[some], looks[some, 1:]) for some in (back, wall))
     if min(len(own), len(other)) < _FEWEST:
         return False
@@ -119,7 +116,7 @@ def _looks_like_the_wall(niche: BlindNiche, surface: WallSamples, looks: Float, 
 
 
 def _tile_means(xz: Float, looks: Float) -> Float:
-    """Returns the means (k, c) of values (n, c) in tiles that hold enough of the places (n, 2) m."""
+    """Returns the means (k, c) of values (n, c) in tiles; tiles with few places (n, 2) m are left out."""
     key = np.floor(xz / _TILE).astype(np.int64)
     _, tile, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     sums = [np.bincount(tile.ravel(), v, len(count)) for v in looks.T]

@@ -7,7 +7,7 @@ import numpy as np
 from frontage.facades.cloud import BuildingCloud
 from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Array, Float, Int
-from frontage.geometry.plane import fit_plane, plane_offsets
+from frontage.geometry.plane import fit_plane, fit_upright_plane, plane_offsets
 from frontage.solve.ransac import Consensus, lo_ransac
 
 _SHARPEST_M = 0.006  # m, least inlier distance: mortar joints
@@ -65,12 +65,10 @@ class UprightWalls:
     def fit(self, rows: Int, weights: Float) -> Float | None:
         """Fits a plane (4,) to a line in plan by total least squares; None when points do not span it."""
         flat = np.column_stack([self.xyz[rows, :2], np.zeros(len(rows))])
-        _, centre, variances = fit_plane(flat, weights)
-        if variances[2] < 1e-6:
+        if fit_plane(flat, weights)[2][2] < 1e-6:
             return None
-        q = flat[:, :2] - centre[:2]
-        _, vectors = np.linalg.eigh((q * weights[:, None]).T @ q)
-        return np.array([*vectors[:, 0], 0.0, vectors[:, 0] @ centre[:2]])
+        normal, centre = fit_upright_plane(flat, weights)
+        return np.array([*normal, normal[:2] @ centre[:2]])
 
 
 @dataclass(eq=False)

@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate
 from frontage.model.masonry import TOLERANCES
 from frontage.openings.borders.outline import Outline
-from frontage.openings.boxes import Box
+from frontage.openings.boxes import Box, grown
 from frontage.openings.closed.channels import ChannelLayer, WallSamples, within
 from frontage.openings.closed.places import SIZE, CandidatePlaces
 from frontage.openings.closed.steps import HEAD, OpeningForm
@@ -59,7 +59,7 @@ def measure_closed(
     """
     box, form = places.box(k), places.form
     place, covariance = list(box), places.covariance.copy()
-    around = contrast.near(_grown(box, 2.0 * _SEARCH))
+    around = contrast.near(grown(box, 2.0 * _SEARCH))
     sharp = np.zeros(4, np.bool_)
     for side in range(4):
         row = (0, 2, 1, 3)[side]
@@ -98,11 +98,6 @@ def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> boo
     rows = np.array([0, 2, 1, 3])[sharp]  # rows of the covariance
     total = expected[np.ix_(rows, rows)] + np.diag(variance[rows])
     return bool(shift[sharp] @ np.linalg.solve(total, shift[sharp]) < stats.chi2.ppf(_USUAL, len(rows)))
-
-
-def _grown(place: Box, by: float) -> Box:
-    """Returns the box with `by` m more on all sides."""
-    return place[0] - by, place[1] - by, place[2] + by, place[3] + by
 
 
 def _across(xz: Float, place: Box, side: int, form: OpeningForm) -> tuple[Bool, Float]:
@@ -187,7 +182,7 @@ def _depth(surface: WallSamples, place: Box, rise: float) -> Estimate[float] | N
     x0, z0, x1, z1 = place
     inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))
     far, near = _AROUND
-    around = np.setdiff1d(surface.within(_grown(place, far)), surface.within(_grown(place, near)), True)
+    around = np.setdiff1d(surface.within(grown(place, far)), surface.within(grown(place, near)), True)
     if min(len(inside), len(around)) < _FEW:
         return None
     value, variance = [], 0.0

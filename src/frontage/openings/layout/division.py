@@ -50,10 +50,11 @@ def divided_alike(places: Sequence[Place]) -> list[Place]:
 
 
 def _along(places: list[Place], order: tuple[int, ...]) -> list[Place]:
-    """Returns the places with bars across one axis divided alike, forms with the most places first.
+    """Divides like places alike across one axis, and returns all places.
 
-    Pairs and whole places that an earlier form has left as they are stay so, and tell later forms what is
-    like them. A place of a pair may be a whole one of a narrower form.
+    The forms that most places have are decided first. Pairs and whole places that an earlier form has left
+    as they are stay so, and tell later forms what is like them. A place of a pair may be a whole place of a
+    narrower form.
     """
     divided, whole, gone, added = set[int](), set[int](), set[int](), list[Place]()
     for form in sorted(_forms(places, order), key=lambda f: -len(f.pairs) - len(f.whole)):
