@@ -79,3 +79,22 @@ def test_sides_of_balconies_are_none():
         parts += [wall(a, b, z, z + 1.1) for a, b in pairwise(ends)]
     _, facades = found_in(parts, [(0, 1), *[(0,), (0, 1), (1,)] * 2])
     assert len(facades) == 1
+
+
+def test_walls_of_a_room_behind_a_bay_are_no_sides():
+    windows = [(0.3, z, 3.7, z + 2.2) for z in (0.8, 4.6)]
+    face = wall((4.0, -0.9), (8.0, -0.9), 0.0, HIGH, windows)
+    sides = [wall(a, b, 0.0, HIGH) for a, b in (((4.0, 0.0), (4.0, -0.9)), ((8.0, -0.9), (8.0, 0.0)))]
+    room = [wall((4.4, -0.7), (6.0, 0.2), z, z + 2.2) for z in (0.8, 4.6)]
+    _, facades = found_in([front(), face, *sides, *room], [(0, 1), (0, 1), 0, 1, 1, 1])
+    assert len([f for f in facades if abs(f.frame.R[1, 1]) < 0.9]) == 2
+
+
+def test_columns_have_no_sides():
+    angle = np.linspace(np.pi, 2.0 * np.pi, 42)
+    ring = 0.4 * np.column_stack([np.cos(angle), np.sin(angle)])
+    z = np.arange(0.0, HIGH, SPACING)
+    plan = np.vstack([ring + np.array([x, -0.6]) for x in (3.0, 6.0, 9.0)])
+    columns = np.column_stack([np.repeat(plan, len(z), axis=0), np.tile(z, len(plan))])
+    _, facades = found_in([front(), columns], [(0, 1), (0, 1)])
+    assert all(abs(f.frame.R[1, 1]) > 0.9 for f in facades)

@@ -14,10 +14,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from frontage.facades.bayfaces import faces_before, is_flat, is_seen_through
 from frontage.facades.candidate import FacadeCandidate, refine_candidate, sketch_candidate, some_inliers
 from frontage.facades.remaining import on_walls
 from frontage.facades.scene import FacadeScene
-from frontage.facades.sequential import in_prism, is_large, stands_out
+from frontage.facades.sequential import in_prism, stands_out
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.plane import fit_upright_plane, plane_offsets
 from frontage.model.masonry import MASONRY, TOLERANCES
@@ -47,12 +48,17 @@ def with_sides(
     """
     found = list[FacadeCandidate]()
     fronts = [facade for facade in facades if facade.side.told_by == "rays"]
+    faces = {front: faces_before(front, thinned) for front in fronts}
     for front, votes in _slanting_lines(fronts, facades, thinned):
         side = _sketch(votes, thinned, rng)
         if side is None or not _is_side(side, front, [*facades, *found], thinned):
             continue
         side = refine_candidate(side, votes, scene, rng)
-        if side is not None and is_large((side := _cut_to_its_wall(side, front)).cells, *_LEAST):
+        if side is None:
+            continue
+        side = _cut_to_its_wall(side, front)
+        walls = [*faces[front], *found]
+        if is_flat(side, scene, *_LEAST) and not is_seen_through(side, walls, scene, rng):
             found.append(side)
     found.sort(key=lambda side: -side.cells.area)
     return [*facades, *found][: max(scene.options.max_facades, len(facades))]
