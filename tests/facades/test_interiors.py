@@ -203,3 +203,31 @@ def test_columns_behind_the_plane_do_not_close_an_arcade(seed):
     rear = grid(rng, -7.2, 7.2, 0.0, 3.6, 2.0, 0.05)
     floor = rng.uniform((-7.2, 0.3, 0.0), (7.2, 2.0, 0.02), (4000, 3))
     assert depths(facades(overhang, np.vstack([*columns, rear, floor]), True, seed)) == [0.0, 2.0]
+
+
+def podium(x, z):
+    """A wall of three storeys over columns on a podium 0.9 m high."""
+    pier = np.abs(x % 2.4) < 0.25
+    return on_wall(x, z) & ~((np.abs(x) < 6.0) & (z > 0.9) & (z < 5.0) & ~pier)
+
+
+@pytest.mark.parametrize("floor", [True, False])
+def test_the_wall_of_a_portico_on_a_podium_stays_if_its_floor_shows(floor):
+    rng = np.random.default_rng(0)
+    back = [grid(rng, -6.5, 6.5, 0.9, 5.2, 2.5, 0.05)]
+    back += [rng.uniform((-6.5, 0.1, 0.89), (6.5, 2.5, 0.91), (6000, 3))] if floor else []
+    assert depths(facades(podium, np.vstack(back), True)) == ([0.0, 2.5] if floor else [0.0])
+
+
+def test_a_front_over_an_arcade_ends_at_an_entablature_before_its_plane():
+    rng = np.random.default_rng(0)
+    rear = grid(rng, -7.2, 7.2, 0.0, 2.6, 2.0, 0.05)
+    floor = rng.uniform((-7.2, 0.1, 0.0), (7.2, 2.0, 0.02), (4000, 3))
+    entablature = grid(rng, -WIDTH / 2, WIDTH / 2, 3.5, 4.5, -0.2)
+    arches = np.vstack([rear, floor])
+    found = facades(lambda x, z: overhang(x, z) & (z > 4.5), np.vstack([arches, entablature]), True)
+    assert depths(found) == [0.0, 2.0]
+    front = max(found, key=lambda f: f.extent[3] - f.extent[1])
+    outline = shapely.Polygon(front.outline)
+    z = front.frame.inverse.apply(np.array([[0.0, 0.0, 3.3], [0.0, 0.0, 4.0]]))[:, 2]
+    assert shapely.contains_xy(outline, [0.0, 0.0], z).tolist() == [False, True]

@@ -1,6 +1,6 @@
 """Distinguishes the wall of an arcade, which is seen under the front, from walls of rooms behind a front."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -16,6 +16,7 @@ _FEW = 0.1  # share that counts as next to nothing
 # points that a free way may hold for every line of sight through it: columns behind the plane of a front
 # return fewer points, frames and panes of shop windows return one or more
 _FREE = 0.3
+_BAND_M = 1.0  # m, least length of a band in the relief of a wall that closes a gap like the wall
 _PLACE_M = 0.5  # m, twice the distance of the surroundings' points, so that none is empty by chance
 _REVEAL_M = 0.3  # m beside a pier in which its own faces are seen
 
@@ -40,15 +41,28 @@ def with_open_arcades(
 
 
 def _opened(outer: FacadeCandidate, inner: FacadeCandidate, scene: FacadeScene) -> FacadeCandidate:
-    """Returns a front without the gaps between its piers, up to the top of the wall that is seen there."""
+    """Returns a front without the gaps between its piers, up to the first thing that closes them.
+
+    That is above the wall that is seen in them: the front hides the top of this wall, and its lowest part may
+    stand out, as an entablature does. A podium goes with the gap, because outlines have no holes. What stands
+    near the plane bounds columns: they are narrower than their capitals, and recede at their sides.
+    """
     cells = outer.cells
-    lowest, gates = _gates(outer, scene)
+    gates = _Gates.of(outer, scene)
     ends = outer.wall.coordinates(scene.cloud.xyz[inner.wall.inliers])[:, 0]
-    before = gates & _span(outer, ends)
+    span = _span(outer, ends)
     top = inner.cells.corner[1] + inner.cells.cell * (np.flatnonzero(inner.cells.whole.any(1))[-1] + 1)
     top += float(inner.wall.point[2] - outer.wall.point[2])
     rows = cells.corner[1] + cells.cell * np.arange(cells.whole.shape[0])
-    gap = before & (rows[:, None] < np.minimum(lowest, top))
+    shut = cells.shut & (rows[:, None] >= top)
+    closed = np.where(shut.any(0), rows[shut.argmax(0)], top)
+    ceiling = np.minimum(gates.ceiling, closed)
+    gap = gates.open & span & (rows[:, None] < ceiling)
+    if gap.any():
+        wide = ndimage.binary_opening(~gates.open, np.ones(round(MASONRY.room_width / cells.cell), np.bool_))
+        beside = span & ~wide & (rows[:, None] < np.median(ceiling[gates.open & span]))
+        piers = _relief(outer, MASONRY.step_out)
+        gap |= beside & ~ndimage.binary_closing(piers, np.ones((3, 3), np.bool_))
     return replace(outer, cells=replace(cells, whole=cells.whole & ~gap, shut=cells.shut & ~gap))
 
 
@@ -59,25 +73,55 @@ def stands_in_arcade(
 
     It faces the same way, no further behind than an arcade is deep, and ends at its ceiling. Most lines of
     sight from `sensors` (n, 3) m to its points xyz (n, 3) m local pass under the front where this leaves
-    headroom above the ground, and it does so over most of its width. Next to nothing closes the way there, as
-    the frames and panes of shop windows would, and the ground of the street goes on up to the wall.
+    headroom above the ground or above a podium, and it does so over most of its width. Next to nothing closes
+    the way there, as the frames and panes of shop windows would, and the ground of the street, or the top of
+    the podium, goes on up to the wall.
     """
     depth = float((inner.wall.point - outer.wall.point) @ outer.wall.normal)
     same_way = outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos
     if not same_way or not MASONRY.relief < depth <= MASONRY.arcade:
         return False
-    lowest, gates = _gates(outer, scene)
+    gates = _Gates.of(outer, scene)
     crosses, x, z = _ways(outer, xyz, sensors)
     column = _columns(outer, x)
-    under = crosses & gates[column] & (z < lowest[column])
+    under = crosses & gates.open[column] & (z > gates.floor[column]) & (z < gates.ceiling[column])
     if under.mean() <= (_MOST if np.isfinite(sensors).any() else _FEW):
         return False
     q = outer.wall.coordinates(xyz)
-    ceiling = float(np.median(lowest[column[under]])) + MASONRY.threshold
+    ceiling = float(np.median(gates.ceiling[column[under]])) + MASONRY.threshold
     span = _span(outer, q[:, 0])
-    if gates[span & np.isfinite(lowest)].mean() <= _MOST or (q[:, 2] > ceiling).mean() > _FEW:
+    if gates.open[span & np.isfinite(gates.ceiling)].mean() <= _MOST or (q[:, 2] > ceiling).mean() > _FEW:
         return False
-    return _is_free(outer, lowest, gates, under.sum()) and _goes_on(outer, gates & span, depth, scene)
+    return _is_free(outer, gates, under.sum()) and _goes_on(outer, gates, span, depth, scene)
+
+
+@dataclass(frozen=True, eq=False)
+class _Gates:
+    """Where a front leaves headroom above the ground, or above a podium that is no higher than a person.
+
+    floor    (w,) m, facade coordinates: the ground, or the top of the podium, in every column of its cells
+    ceiling  (w,) m, the lowest wall above it; -inf in columns without wall
+    open     (w,) whether there is headroom between both
+    """
+
+    floor: Float
+    ceiling: Float
+    open: Bool
+
+    @classmethod
+    def of(cls, outer: FacadeCandidate, scene: FacadeScene) -> "_Gates":
+        """Finds the gates of a front."""
+        cells, foot = outer.cells, scene.ground_z - outer.wall.point[2]
+        h = cells.wall.shape[0]
+        rows = cells.corner[1] + cells.cell * np.arange(h + 1)
+        solid = cells.wall | _long_relief(outer)
+        above = np.minimum.accumulate(np.where(solid, np.arange(h)[:, None], h)[::-1], 0)[::-1]
+        floor = np.maximum(rows[:-1], foot)[:, None]
+        clear = (above < h) & (rows[above] - floor >= MASONRY.door_height) & (floor <= foot + MASONRY.person)
+        start = np.where(clear.any(0), clear.argmax(0), 0)
+        at = above[start, np.arange(cells.wall.shape[1])]
+        wall = solid.any(0)
+        return cls(floor[start, 0], np.where(wall, rows[np.minimum(at, h)], -np.inf), clear.any(0) & wall)
 
 
 def _ways(outer: FacadeCandidate, xyz: Float, sensors: Float) -> tuple[Bool, Float, Float]:
@@ -91,14 +135,14 @@ def _ways(outer: FacadeCandidate, xyz: Float, sensors: Float) -> tuple[Bool, Flo
     return y > outer.wall.threshold, x, z
 
 
-def _goes_on(outer: FacadeCandidate, hall: Bool, depth: float, scene: FacadeScene) -> bool:
-    """Decides whether ground was measured in most places behind the gates, at the height of the street.
+def _goes_on(outer: FacadeCandidate, gates: _Gates, span: Bool, depth: float, scene: FacadeScene) -> bool:
+    """Decides whether a floor was measured in most places behind the gates, at the height of their own.
 
-    `hall` are the columns of the outer wall's cells whose gates lead to a wall at a depth of `depth` m. A
-    place is a strip of `_PLACE_M` of the width.
+    `span` (w,) are the columns of the outer wall's cells before a wall at a depth of `depth` m. A place is a
+    strip of `_PLACE_M` of the width.
     """
-    q = outer.wall.coordinates(scene.around)
-    level = np.abs(scene.around[:, 2] - scene.ground_z) < MASONRY.threshold
+    q, hall = outer.wall.coordinates(scene.around), gates.open & span
+    level = np.abs(q[:, 2] - np.median(gates.floor[hall])) < MASONRY.threshold
     behind = (q[:, 1] > MASONRY.relief / 2.0) & (q[:, 1] < depth - MASONRY.relief / 2.0)
     at = np.flatnonzero(hall)
     wide = max(1, round(_PLACE_M / outer.cells.cell))
@@ -107,13 +151,22 @@ def _goes_on(outer: FacadeCandidate, hall: Bool, depth: float, scene: FacadeScen
     return bool(len(floor) > _MOST * len(np.unique(at // wide)))
 
 
-def _gates(outer: FacadeCandidate, scene: FacadeScene) -> tuple[Float, Bool]:
-    """Returns the height (m, facade coordinates) of the lowest wall of every column, and which are open."""
-    cells = outer.cells
-    wall = cells.wall.any(0)
-    lowest = np.where(wall, cells.corner[1] + cells.cell * cells.wall.argmax(0), -np.inf)
-    foot = scene.ground_z - outer.wall.point[2]
-    return lowest, np.asarray(lowest - foot >= MASONRY.door_height, np.bool_)
+def _long_relief(outer: FacadeCandidate) -> Bool:
+    """Returns the cells (h, w) of bands and columns in the relief of a wall, which stand off its plane.
+
+    Bands are longer than a person is wide, and columns as high as a door.
+    """
+    held, cell = _relief(outer, MASONRY.relief), outer.cells.cell
+    band, column = (round(size / cell) for size in (_BAND_M, MASONRY.door_height))
+    long: Bool = ndimage.binary_opening(held, np.ones((1, band), np.bool_))
+    return long | ndimage.binary_opening(held, np.ones((column, 1), np.bool_))
+
+
+def _relief(outer: FacadeCandidate, behind: float) -> Bool:
+    """Returns the cells (h, w) of a wall that hold points of its relief, at most `behind` m behind it."""
+    q = outer.slab.q
+    q = q[(q[:, 1] > -MASONRY.relief) & (q[:, 1] < behind)]
+    return outer.cells.marked(q[:, 0], q[:, 2])
 
 
 def _columns(outer: FacadeCandidate, x: Float) -> Int:
@@ -129,15 +182,15 @@ def _span(outer: FacadeCandidate, x: Float) -> Bool:
     return np.asarray((number >= first) & (number <= last))
 
 
-def _is_free(outer: FacadeCandidate, lowest: Float, gates: Bool, through: int) -> bool:
+def _is_free(outer: FacadeCandidate, gates: _Gates, through: int) -> bool:
     """Decides whether few points were measured in the gates, given how many lines of sight go `through`.
 
     The faces of piers do not count. Columns may stand somewhat behind the plane of the front.
     """
     q = outer.slab.q
     reach = int(np.ceil(_REVEAL_M / outer.cells.cell))
-    middle = ndimage.binary_erosion(gates, np.ones(2 * reach + 1, np.bool_), border_value=1)
+    middle = ndimage.binary_erosion(gates.open, np.ones(2 * reach + 1, np.bool_), border_value=1)
     column = _columns(outer, q[:, 0])
-    below = lowest[column] - q[:, 2]
+    below = gates.ceiling[column] - q[:, 2]
     inside = middle[column] & (below > _REVEAL_M) & (below < MASONRY.door_height)
     return bool((inside & (np.abs(q[:, 1]) < MASONRY.relief)).sum() < _FREE * through)

@@ -12,7 +12,7 @@ import shapely
 
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.geometry.ring import rectangle
+from frontage.geometry.ring import polygon_ring, rectangle
 from frontage.model.canonical import canonical_order, steady
 from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
@@ -110,10 +110,21 @@ def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int
         facade,
         id=wall.id,
         local_from_facade=pose,
-        outline=rectangle(float(x0), float(z0), float(x1), float(z1)),
+        outline=_common(rectangle(float(x0), float(z0), float(x1), float(z1)), facade.outline),
         layers=(),
         support=np.flatnonzero(held),
         inliers=np.flatnonzero(on),
         curvature=(0.0, float("inf")),
         notes=(),
     ), rows
+
+
+def _common(ring: Float, outline: Float) -> Float:
+    """Returns the part of a front's ring (k, 2) m within the outline (n, 2) m of its facade.
+
+    Capitals below an entablature widen its rectangle into the air between them.
+    """
+    around = shapely.make_valid(shapely.Polygon(outline))
+    parts = shapely.get_parts(shapely.intersection(shapely.Polygon(ring), around))
+    areas = shapely.area(parts)
+    return polygon_ring(parts[int(areas.argmax())]) if areas.max(initial=0.0) > 0.0 else ring

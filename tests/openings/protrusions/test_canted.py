@@ -8,6 +8,8 @@ import pytest
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.find import find_protrusions
+from frontage.openings.protrusions.pieces import Piece, _cheek
+from frontage.openings.protrusions.resolution import Resolution
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
@@ -72,6 +74,28 @@ def test_pilasters_under_a_cornice_are_no_bay_with_the_wall_between_them():
     facade, scan = scanned(parts, spacing=0.09)
     found = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
     assert not {"bay", "oriel", "risalit"} & {p.kind for p in found}
+
+
+def test_pilasters_that_a_sill_joins_are_no_avant_corps():
+    parts = [box(x, x + 0.5, -0.12, 0, 0, 7.0) for x in (0.8, 3.8, 6.8)]
+    parts += [box(0.8, 7.3, -0.12, 0, 2.0, 2.12)]
+    facade, scan = scanned(parts)
+    found = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
+    pilasters = [p for p in found if p.kind == "pilaster"]
+    assert [float(p.ring[:, 0].min()) for p in pilasters] == pytest.approx([0.8, 3.8, 6.8], abs=0.02)
+    assert not any(p.kind.is_wall for p in found)
+
+
+@pytest.mark.parametrize(("hidden", "is_cheek"), [((-1.5, -1.2), True), ((-1.7, -0.4), False)])
+def test_a_cheek_shows_on_most_of_its_way_to_the_wall(hidden, is_cheek):
+    """The receding side of a column and a pier far behind it may lie on one line by chance."""
+    rng = np.random.default_rng(0)
+    y = rng.uniform(-1.9, -0.1, 4000)
+    y = y[(y < hidden[0]) | (y > hidden[1])]
+    s = 0.2 + 0.6 * (y + 1.9) + rng.normal(0.0, 0.002, len(y))
+    piece = Piece(np.arange(0), np.arange(0), (-0.2, 0.0, 0.2, 6.0), -1.9)
+    resolution = Resolution(0.02, 0.004, 0.02, np.empty((0, 3)))
+    assert (_cheek(y, s, piece, 0.2, resolution) is not None) == is_cheek
 
 
 def test_the_shadow_of_a_hood_is_unknown_not_open():

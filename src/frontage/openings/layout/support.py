@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
+import shapely
 
 from frontage.geometry.arrays import Bool, Float
+from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.gaps import is_opening, shows_most
 from frontage.openings.borders.outline import Outline
@@ -13,6 +15,8 @@ from frontage.openings.layout.inferred import SAME
 from frontage.openings.wall.evidence import BARS
 
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
+_PIER = 0.5  # m, width of a narrow pier: what is wider may be a shop window at the end of a front
+_BESIDE, _PROBES, _HALF = 0.1, 9, 0.5  # m beside a side where a jamb is looked for, at so many places; share
 _PROVED = 1  # the same where lines of sight prove that the wall is open
 
 
@@ -44,6 +48,22 @@ def are_openings(outlines: Sequence[Outline]) -> list[bool]:
         told[more] = True
     told[like(framed & ~alone, told)] = True
     return [bool(t) for t in told]
+
+
+def have_jambs(outlines: Sequence[Outline], facade: Facade) -> list[bool]:
+    """Returns which outlines are as wide as a pier, or have the facade on both sides.
+
+    The sides of a column that stands in the outline of a facade recede, and look like slots beside it.
+    """
+    ring = shapely.make_valid(shapely.Polygon(facade.outline))
+    along = np.linspace(0.0, 1.0, _PROBES)
+    jambs = []
+    for outline in outlines:
+        x0, z0, x1, z1 = outline.place
+        z = z0 + along * (z1 - z0)
+        sides = (shapely.contains_xy(ring, x, z).mean() for x in (x0 - _BESIDE, x1 + _BESIDE))
+        jambs.append(x1 - x0 >= _PIER or min(sides) > _HALF)
+    return jambs
 
 
 def odd_heads(outlines: Sequence[Outline]) -> list[int]:

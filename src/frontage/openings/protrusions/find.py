@@ -14,7 +14,7 @@ from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.boxes import Box
 from frontage.openings.protrusions.beams import FacadeBeams, bend
 from frontage.openings.protrusions.checks import is_attached
-from frontage.openings.protrusions.galleries import shows_wall, with_galleries
+from frontage.openings.protrusions.galleries import shows_wall, with_galleries, with_pilasters
 from frontage.openings.protrusions.kinds import FrontFeatures, kind_of_protrusion
 from frontage.openings.protrusions.measure import MeasuredBox, measure_box
 from frontage.openings.protrusions.merging import bridge_gaps, merge_pieces
@@ -122,11 +122,12 @@ class _Wall:
 def _pieces(wall: _Wall) -> list[Piece]:
     """Returns the pieces before the wall, with mouldings, tiers and parts of the same front joined.
 
-    Galleries one above another are parted.
+    Galleries one above another are parted, and so are pilasters side by side.
     """
     whole = merge_pieces(find_pieces(wall.before, wall.resolution), wall.resolution)
     joined = merge_pieces(bridge_gaps(whole, wall.few, wall.resolution), wall.resolution)
-    return with_galleries(joined, wall.before, wall.few, wall.resolution)
+    parted = with_pilasters(joined, wall.before, wall.few, wall.resolution)
+    return with_galleries(parted, wall.before, wall.few, wall.resolution)
 
 
 def _is_kerb(piece: Piece, foot: float) -> bool:

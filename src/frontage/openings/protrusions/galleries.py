@@ -1,4 +1,4 @@
-"""Divides galleries that stand one above another: each slab and its railing or parapet is one balcony."""
+"""Divides what thin parts join: galleries one above another by their posts, pilasters by sills and bands."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from frontage.geometry.arrays import Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
 from frontage.openings.protrusions.beams import FacadeBeams
-from frontage.openings.protrusions.boxes import held_cells, within
+from frontage.openings.protrusions.boxes import extent, held_cells, within
 from frontage.openings.protrusions.pieces import Piece
 from frontage.openings.protrusions.resolution import Resolution
 
@@ -32,6 +32,49 @@ def with_galleries(
         is_open = is_high and shows_wall(beams, piece.y, piece.box, local)
         found += _storeys(piece, before, local) if is_open else [piece]
     return found
+
+
+def with_pilasters(
+    pieces: list[Piece], before: Float, beams: FacadeBeams, resolution: Resolution
+) -> list[Piece]:
+    """Returns the pieces, with relief as high as a person divided where more wall shows than front.
+
+    Pilasters are joined by the sills and bands between them. An avant-corps hides the wall behind it.
+    """
+    found: list[Piece] = []
+    for piece in pieces:
+        is_relief = piece.y >= -MASONRY.relief and not piece.inclined
+        is_high = piece.box[3] - piece.box[1] >= MASONRY.person
+        found += _uprights(piece, before, beams, resolution) if is_relief and is_high else [piece]
+    return found
+
+
+def _uprights(piece: Piece, before: Float, beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
+    """Returns the parts of a piece, from left to right, in whose columns more front shows than wall."""
+    local = resolution.near(piece.box)
+    where, depth = beams.at(piece.y, piece.box, 0.0)
+    column = np.floor((where[:, 0] - piece.box[0]) / local.gap).astype(np.int64)
+    front, wall = (
+        np.bincount(column[np.abs(depth - y) <= local.half], minlength=column.max(initial=0) + 1)
+        for y in (piece.y, 0.0)
+    )
+    shown = np.flatnonzero(front > wall)
+    if len(shown) == len(front) or not len(shown):
+        return [piece]
+    runs = np.split(shown, np.flatnonzero(np.diff(shown) > 1) + 1)
+    x = piece.box[0] + local.gap * np.arange(len(front) + 1)
+    parts = (_between(piece, before, float(x[run[0]]), float(x[run[-1] + 1]), local) for run in runs)
+    return [part for part in parts if part is not None]
+
+
+def _between(piece: Piece, before: Float, left: float, right: float, resolution: Resolution) -> Piece | None:
+    """Returns the part of a piece between two places x m; None where too little of the front lies there."""
+    wide = (left, piece.box[1], right, piece.box[3])
+    own, front = (rows[within(before[rows], wide, 0.0)] for rows in (piece.rows, piece.front_rows))
+    if not len(front):
+        return None
+    box = extent(before[front], resolution.cell, 0.0)
+    return replace(piece, rows=own, front_rows=front, box=box, cheeks={})
 
 
 def shows_wall(beams: FacadeBeams, y: float, box: Box, resolution: Resolution) -> bool:

@@ -19,7 +19,7 @@ _TAIL, _HEAVY = 0.1, 0.5
 _FRONTS = 12  # flat fronts of one connected piece, at most
 _CHEEK = 1.75  # times its projection that slanting cheeks reach beyond a front: at 30 degrees to the wall
 _AT_WALL, _RUN = 0.4, 0.25  # share of the projection: cheeks end so near the wall, and run so far at least
-_ALONG = 0.6  # share of a front's side that these run along
+_ALONG = 0.6  # share of a front's side, and of their own run, that these show on
 _FEWEST, _REFITS = 10, 3  # points of a cheek; fits of its line
 _PANELS = 0.25  # share of the points beside a front that lie on its cheek: windows leave that much wall
 
@@ -231,7 +231,11 @@ def _cheek(
             return None
         at, slope, _ = fit_slanted_line(y[on], s[on])
         on = np.abs(s - at - slope * y) <= resolution.half
-    reaches = on.any() and y[on].max() >= _AT_WALL * piece.y and np.ptp(y[on]) >= _RUN * -piece.y
+    if not on.any():
+        return None
+    run = float(np.ptp(y[on]))
+    reaches = y[on].max() >= _AT_WALL * piece.y and run >= _RUN * -piece.y
+    reaches &= occupied(y[on], resolution.gap) * resolution.gap >= _ALONG * run
     return (at, slope) if reaches and abs(at + slope * piece.y - edge) <= resolution.gap else None
 
 
