@@ -30,6 +30,7 @@ from frontage.openings.layout.posts import with_post_borders
 from frontage.openings.layout.support import are_openings, have_jambs, odd_heads, without_unsupported
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
+from frontage.openings.slopes import are_roofs
 from frontage.openings.wall.crossings import CrossingBeams, crossing_beams
 from frontage.openings.wall.foreground import foreground_points, is_foreground_at_foot
 
@@ -85,8 +86,9 @@ def _measured(
         measured[k] = outline
     supported = (with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True))
     checked = [with_sill(o, beams) for o in supported]
-    told = zip(checked, places, are_openings(checked), have_jambs(checked, facade), strict=True)
-    real = [(outline, p.box, p.worth) for outline, p, *is_one in told if all(is_one)]
+    roofs = are_roofs([o.place for o in checked], wall.beams.points, facade.spacing)
+    told = zip(checked, places, roofs, are_openings(checked), have_jambs(checked, facade), strict=True)
+    real = [(outline, p.box, p.worth) for outline, p, roof, *is_one in told if all(is_one) and not roof]
     pooled = pool([outline for outline, *_ in real])
     hidden = [is_foot_hidden(outline, evidence, wall.ground) for outline in pooled]
     revisions = revise(pooled, evidence, hidden)
