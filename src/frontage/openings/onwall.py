@@ -86,9 +86,8 @@ def _measured(
         measured[k] = outline
     supported = (with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True))
     checked = [with_sill(o, beams) for o in supported]
-    roofs = are_roofs([o.place for o in checked], wall.beams.points, facade.spacing)
-    told = zip(checked, places, roofs, are_openings(checked), have_jambs(checked, facade), strict=True)
-    real = [(outline, p.box, p.worth) for outline, p, roof, *is_one in told if all(is_one) and not roof]
+    told = zip(checked, places, _are_real(checked, wall), strict=True)
+    real = [(outline, p.box, p.worth) for outline, p, is_one in told if is_one]
     pooled = pool([outline for outline, *_ in real])
     hidden = [is_foot_hidden(outline, evidence, wall.ground) for outline in pooled]
     revisions = revise(pooled, evidence, hidden)
@@ -112,6 +111,13 @@ def _measured(
             outlines.append(own)
             found.append((own, provenance, worth, own.sure))
     return outlines, found
+
+
+def _are_real(outlines: Sequence[Outline], wall: ObservedWall) -> list[bool]:
+    """Returns which outlines are openings: they are told, have jambs, and are no strips of roof."""
+    roofs = are_roofs([o.place for o in outlines], wall.beams.points, wall.facade.spacing)
+    told = zip(are_openings(outlines), have_jambs(outlines, wall.facade), roofs, strict=True)
+    return [is_one and jambs and not roof for is_one, jambs, roof in told]
 
 
 def _openings(
