@@ -224,10 +224,10 @@ def test_a_front_over_an_arcade_ends_at_an_entablature_before_its_plane():
     rear = grid(rng, -7.2, 7.2, 0.0, 2.6, 2.0, 0.05)
     floor = rng.uniform((-7.2, 0.1, 0.0), (7.2, 2.0, 0.02), (4000, 3))
     entablature = grid(rng, -WIDTH / 2, WIDTH / 2, 3.5, 4.5, -0.2)
-    arches = np.vstack([rear, floor])
-    found = facades(lambda x, z: overhang(x, z) & (z > 4.5), np.vstack([arches, entablature]), True)
+    back = np.vstack([seen(np.vstack([rear, floor]), arcade)[0], entablature])
+    found = facades(lambda x, z: arcade(x, z) & ~((z > 3.5) & (z < 4.5)), back, True)
     assert depths(found) == [0.0, 2.0]
     front = max(found, key=lambda f: f.extent[3] - f.extent[1])
     outline = shapely.Polygon(front.outline)
-    z = front.frame.inverse.apply(np.array([[0.0, 0.0, 3.3], [0.0, 0.0, 4.0]]))[:, 2]
-    assert shapely.contains_xy(outline, [0.0, 0.0], z).tolist() == [False, True]
+    z = front.frame.inverse.apply(np.array([[3.6, 0.0, 3.2], [3.6, 0.0, 4.0]]))
+    assert shapely.contains_xy(outline, z[:, [0, 2]]).tolist() == [False, True]

@@ -7,7 +7,8 @@ import pytest
 
 from frontage.openings import OpeningOptions
 from frontage.openings.borders.measure import measure
-from frontage.openings.layout.support import are_openings, odd_heads, without_unsupported
+from frontage.openings.borders.outline import Outline
+from frontage.openings.layout.support import are_openings, have_jambs, odd_heads, without_unsupported
 from frontage.openings.observe import observe_wall
 from frontage.openings.wall.crossings import crossing_beams
 from fronts import WINDOW, scan_wall
@@ -134,3 +135,18 @@ def test_a_curved_head_among_more_flat_ones_is_odd(window):
     both = [replace(o, shape="round", rise=0.6) for o in row[:2]]
     assert odd_heads([*both, *row[2:]]) == []  # two of four are none the fewer
     assert odd_heads([round_one, moved(window, 2.0, -1.6, taller=3.2)]) == []  # another size
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ((1.7, 1.0, 2.1, 4.0), False),  # the receding side of a column that stands from 1.2 to 2 m
+        ((1.4, 6.0, 1.7, 7.0), True),  # a slot in the wall above
+        ((1.3, 1.0, 1.9, 4.0), True),  # as wide as a shop window at the end of a front
+    ],
+)
+def test_slots_at_the_sides_of_columns_have_no_jambs(place, expected):
+    ring = np.array([[0, 5], [1.2, 5], [1.2, 0], [2.0, 0], [2.0, 5], [8, 5], [8, 9], [0, 9]], float)
+    facade = replace(scan_wall([WINDOW])[0], outline=ring)
+    slot = Outline("rectangle", place, 0.0, np.zeros((5, 5)), (), None, 0.0)
+    assert have_jambs([slot], facade) == [expected]

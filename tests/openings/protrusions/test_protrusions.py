@@ -8,6 +8,7 @@ import pytest
 from frontage.model.estimate import Provenance
 from frontage.model.opening import Opening, OpeningKind
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
+from frontage.openings.fronts import FrontSearch
 from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.doors import with_balcony_doors
 from frontage.openings.protrusions.find import find_protrusions, number_protrusions
@@ -47,6 +48,19 @@ def test_openings_on_an_oriel_sit_on_it_and_their_depth_counts_from_its_front():
     assert on[0].depth.value == pytest.approx(0.12, abs=0.015)
     behind = [o for o in result.openings if not o.on and 3.0 < o.ring[:, 0].mean() < 5.1]
     assert all(o.ring[:, 1].max() < 3.6 or o.ring[:, 1].min() > 6.5 for o in behind)
+
+
+def test_a_front_ends_where_the_outline_of_its_facade_does():
+    """Capitals below an entablature widen its rectangle into the air between them."""
+    facade, scan = scanned(ORIEL)
+    (own,) = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
+    ring = np.array([[0, 4.5], [8, 4.5], [8, 9], [0, 9]], float)
+    fronts = []
+    FrontSearch(replace(facade, outline=ring), scan, lambda front, _: fronts.append(front) or ()).openings(
+        own
+    )
+    assert fronts[0].outline[:, 1].min() == pytest.approx(4.5)
+    assert fronts[0].outline[:, 1].max() == pytest.approx(6.6, abs=0.03)
 
 
 @pytest.mark.parametrize("bars", [False, True])
