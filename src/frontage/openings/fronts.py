@@ -20,6 +20,7 @@ from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
 
 _ROOM = 3.0  # m around a front within which the beams through its openings end
+_MOSTLY = 0.8  # share of a front that the outline of its facade holds, where it bounds the front
 _COVERED = 0.5  # share of an opening that a front must hide from the street
 
 Finder = Callable[[Facade, Scan], tuple[Opening, ...]]
@@ -122,9 +123,9 @@ def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int
 def _common(ring: Float, outline: Float) -> Float:
     """Returns the part of a front's ring (k, 2) m within the outline (n, 2) m of its facade.
 
-    Capitals below an entablature widen its rectangle into the air between them.
+    Capitals below an entablature widen its rectangle into the air between them. Where the outline has a gap
+    behind a front, as it may behind a wide bay, the whole ring is returned.
     """
-    around = shapely.make_valid(shapely.Polygon(outline))
-    parts = shapely.get_parts(shapely.intersection(shapely.Polygon(ring), around))
-    areas = shapely.area(parts)
-    return polygon_ring(parts[int(areas.argmax())]) if areas.max(initial=0.0) > 0.0 else ring
+    front, around = shapely.Polygon(ring), shapely.make_valid(shapely.Polygon(outline))
+    largest = max(shapely.get_parts(shapely.intersection(front, around)), key=shapely.area, default=front)
+    return polygon_ring(largest) if largest.area > _MOSTLY * front.area else ring
