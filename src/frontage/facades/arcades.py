@@ -57,10 +57,11 @@ def _opened(outer: FacadeCandidate, inner: FacadeCandidate, scene: FacadeScene) 
     shut = cells.shut & (rows[:, None] >= top)
     closed = np.where(shut.any(0), rows[shut.argmax(0)], top)
     ceiling = np.minimum(gates.ceiling, closed)
-    gap = gates.open & span & (rows[:, None] < ceiling)
+    hall = gates.open & span
+    gap = hall & (rows[:, None] < ceiling)
     if gap.any():
         wide = ndimage.binary_opening(~gates.open, np.ones(round(MASONRY.room_width / cells.cell), np.bool_))
-        beside = span & ~wide & (rows[:, None] < np.median(ceiling[gates.open & span]))
+        beside = span & ~wide & (rows[:, None] < np.median(ceiling[hall]))
         piers = _relief(outer, MASONRY.step_out)
         gap |= beside & ~ndimage.binary_closing(piers, np.ones((3, 3), np.bool_))
     return replace(outer, cells=replace(cells, whole=cells.whole & ~gap, shut=cells.shut & ~gap))
@@ -97,7 +98,7 @@ def stands_in_arcade(
 
 @dataclass(frozen=True, eq=False)
 class _Gates:
-    """Where a front leaves headroom above the ground, or above a podium that is no higher than a person.
+    """The gates of a front: headroom above the ground, or above a podium that is no higher than a person.
 
     floor    (w,) m, facade coordinates: the ground, or the top of the podium, in every column of its cells
     ceiling  (w,) m, the lowest wall above it; -inf in columns without wall
@@ -118,10 +119,9 @@ class _Gates:
         above = np.minimum.accumulate(np.where(solid, np.arange(h)[:, None], h)[::-1], 0)[::-1]
         floor = np.maximum(rows[:-1], foot)[:, None]
         clear = (above < h) & (rows[above] - floor >= MASONRY.door_height) & (floor <= foot + MASONRY.person)
-        start = np.where(clear.any(0), clear.argmax(0), 0)
-        at = above[start, np.arange(cells.wall.shape[1])]
-        wall = solid.any(0)
-        return cls(floor[start, 0], np.where(wall, rows[np.minimum(at, h)], -np.inf), clear.any(0) & wall)
+        start = clear.argmax(0)  # the lowest row with headroom above it, or the first row
+        at = above[start, np.arange(len(start))]
+        return cls(floor[start, 0], np.where(at < h, rows[at], -np.inf), clear.any(0))
 
 
 def _ways(outer: FacadeCandidate, xyz: Float, sensors: Float) -> tuple[Bool, Float, Float]:
@@ -136,7 +136,7 @@ def _ways(outer: FacadeCandidate, xyz: Float, sensors: Float) -> tuple[Bool, Flo
 
 
 def _goes_on(outer: FacadeCandidate, gates: _Gates, span: Bool, depth: float, scene: FacadeScene) -> bool:
-    """Decides whether a floor was measured in most places behind the gates, at the height of their own.
+    """Decides whether a floor was measured in most places behind the gates, as high as that of the gates.
 
     `span` (w,) are the columns of the outer wall's cells before a wall at a depth of `depth` m. A place is a
     strip of `_PLACE_M` of the width.

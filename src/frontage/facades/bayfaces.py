@@ -16,17 +16,16 @@ from frontage.facades.layers import SortedOffsets, find_layers
 from frontage.facades.outline import widest_gap
 from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import in_prism, is_large
-from frontage.facades.street import crossings
+from frontage.facades.street import SEEN_THROUGH, share_through
 from frontage.geometry.arrays import Bool, Int
 from frontage.model.masonry import MASONRY
 
-_FILLED = 0.25  # share of a wall that shows it, at least; the rest is glass
-_ROUGHEST = 2.0  # times the inlier distance of the search: that of a wall, at most
-_SEEN_THROUGH = 0.5  # share of a wall's points measured through another wall that makes it an interior
+_FILLED = 0.25  # share of its outline that a flat wall fills at least; the rest is glass
+_ROUGHEST = 2.0  # times the inlier distance of the search that the one of a wall is at most
 
 
 def is_flat(side: FacadeCandidate, scene: FacadeScene, least: float, size: tuple[float, float]) -> bool:
-    """Decides whether `least` m2 of a wall, as wide and as high as `size` m, lie along its plane.
+    """Decides whether a wall is flat: `least` m2 of it, as wide and as high as `size` m, lie along its plane.
 
     A plane through columns, or through walls that it meets at an angle, holds only strips of such a surface,
     or its points scatter more than those of walls.
@@ -54,7 +53,7 @@ def faces_before(front: FacadeCandidate, scene: FacadeScene) -> list[FacadeCandi
 
 
 def _face(y: float, held: Int, front: FacadeCandidate) -> FacadeCandidate:
-    """Returns the wall `y` m behind the plane of a front that the cells `held` (k,) of the front show.
+    """Returns the wall that the cells `held` (k,) of a front show `y` m behind its plane.
 
     Its windows belong to it. Where the front itself shows, there is no wall before it.
     """
@@ -74,11 +73,7 @@ def is_seen_through(
     """Decides whether most of a side was measured through one of the walls."""
     rows = sample_rays(side.wall.inliers, rng)
     xyz, sensors = scene.cloud.xyz[rows], scene.sensors(rows)
-    for wall in walls:
-        crosses, x, z = crossings(wall.wall, xyz, sensors)
-        if (crosses & wall.cells.within(x, z)).mean() > _SEEN_THROUGH:
-            return True
-    return False
+    return any(share_through(w.wall, w.cells.within, xyz, sensors) > SEEN_THROUGH for w in walls)
 
 
 def _mask(flat: Int, cells: CellMap) -> Bool:

@@ -13,11 +13,10 @@ from frontage.facades.corners import is_side
 from frontage.facades.outline import at_or_below, largest_part, occupied, widest_gap
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.scene import FacadeScene
-from frontage.facades.street import StripBefore, crossings, strip_before
+from frontage.facades.street import SEEN_THROUGH, StripBefore, crossings, share_through, strip_before
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import TOLERANCES
 
-_SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade that makes it an interior
 _LEAK = 0.15  # share of chance crossings of shut cells that an interior may still have (curtains, frames)
 _EXPLAINED = 0.8  # share of a wall's points that one sensor place must see to explain it
 _GRAZING_SINE = 0.25  # sine of 15 degrees, below which a surface returns nothing
@@ -73,8 +72,8 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
         return False
     sensors = scene.sensors(rows)
     if has_rays:
-        least = _SEEN_THROUGH if is_larger else _WHOLLY
-        through = _was_measured_through(outer, _Covers.of(outer, scene), xyz, sensors, least)
+        least = SEEN_THROUGH if is_larger else _WHOLLY
+        through = share_through(outer.wall, _Covers.of(outer, scene).hold, xyz, sensors) > least
         return through and not stands_in_arcade(outer, inner, xyz, sensors, scene)
     if is_side(outer, inner) or stands_in_arcade(outer, inner, xyz, sensors, scene):
         return False
@@ -92,15 +91,7 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
 
 def _lies_behind(q: Float) -> bool:
     """Decides whether most points (n, 3) m, facade coordinates, lie behind the facade's relief."""
-    return bool((q[:, 1] > RELIEF_M).mean() >= _SEEN_THROUGH)
-
-
-def _was_measured_through(
-    outer: FacadeCandidate, covers: "_Covers", xyz: Float, sensors: Float, least: float
-) -> bool:
-    """Decides whether more than `least` of the lines to points (n, 3) m local pass through the outer wall."""
-    crosses, x, z = crossings(outer.wall, xyz, sensors)
-    return bool((crosses & covers.hold(x, z)).mean() > least)
+    return bool((q[:, 1] > RELIEF_M).mean() >= SEEN_THROUGH)
 
 
 def _faces_the_same_way(outer: FacadeCandidate, inner: FacadeCandidate) -> bool:
@@ -117,7 +108,7 @@ def _is_covered_without_a_court(outer: FacadeCandidate, q: Float) -> bool:
 def _lies_where_rooms_are(covers: "_Covers", q: Float) -> bool:
     """Decides whether most points (n, 3) m lie behind the outer wall and within the depth of its rooms."""
     deep = (q[:, 1] > RELIEF_M) & (q[:, 1] < _ROOM_DEPTH_M)
-    return bool((deep & covers.hold(q[:, 0], q[:, 2])).mean() > _SEEN_THROUGH)
+    return bool((deep & covers.hold(q[:, 0], q[:, 2])).mean() > SEEN_THROUGH)
 
 
 def _is_far_side(outer: FacadeCandidate, inner: FacadeCandidate, before: StripBefore) -> bool:

@@ -6,6 +6,7 @@ near the plane of a front as part of that front. In plan they are short lines th
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -48,7 +49,7 @@ def with_sides(
     """
     found = list[FacadeCandidate]()
     fronts = [facade for facade in facades if facade.side.told_by == "rays"]
-    faces = {front: faces_before(front, thinned) for front in fronts}
+    faces = cache(partial(faces_before, scene=thinned))
     for front, votes in _slanting_lines(fronts, facades, thinned):
         side = _sketch(votes, thinned, rng)
         if side is None or not _is_side(side, front, [*facades, *found], thinned):
@@ -57,8 +58,7 @@ def with_sides(
         if side is None:
             continue
         side = _cut_to_its_wall(side, front)
-        walls = [*faces[front], *found]
-        if is_flat(side, scene, *_LEAST) and not is_seen_through(side, walls, scene, rng):
+        if is_flat(side, scene, *_LEAST) and not is_seen_through(side, [*faces(front), *found], scene, rng):
             found.append(side)
     found.sort(key=lambda side: -side.cells.area)
     return [*facades, *found][: max(scene.options.max_facades, len(facades))]

@@ -4,6 +4,7 @@ Where the rays are known, the street side is measured. Without rays it follows f
 common, and the sensor may have stood anywhere in front of the wall.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,9 @@ from frontage.facades.cells import CellMap
 from frontage.facades.plane.wall import WallPlane
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.sightlines import SightLines
+
+SEEN_THROUGH = 0.5
+"""Share of a wall's points measured through another wall that makes it an interior."""
 
 _EYE_M = 1.7  # m above the ground: a tripod; a scanner on a vehicle's roof is at 2-3 m
 _SENSOR_DISTANCES_M = (4.0, 8.0, 15.0, 30.0)  # m from the wall, tried for a sensor
@@ -205,6 +209,18 @@ def plausible_sensors(cells: CellMap, eye: float, sign: int) -> Float:
             for x in np.linspace(x0 - 0.5 * (x1 - x0), x1 + 0.5 * (x1 - x0), 7)
         ]
     )
+
+
+def share_through(
+    wall: WallPlane, holds: Callable[[Float, Float], Bool], xyz: Float, sensors: Float
+) -> float:
+    """Returns the share of the lines of sight to points (n, 3) m local that pass through a wall.
+
+    holds    tells which places x, z (n,) m on the plane belong to the wall with its openings
+    sensors  (n, 3) m local, NaN where unknown
+    """
+    crosses, x, z = crossings(wall, xyz, sensors)
+    return float((crosses & holds(x, z)).mean())
 
 
 def crossings(

@@ -5,5 +5,5 @@ Box = tuple[float, float, float, float]
 
 
 def grown(box: Box, by: float) -> Box:
-    """Returns the box with `by` m more on all sides."""
+    """Returns the box, larger by `by` m on all sides."""
     return box[0] - by, box[1] - by, box[2] + by, box[3] + by

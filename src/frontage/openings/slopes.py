@@ -22,7 +22,13 @@ def are_roofs(places: Sequence[Box], points: Float, spacing: float) -> list[bool
     points (n, 3) m, frame of the facade; spacing m between beams on the wall
     """
     points = points[points[:, 1] > -_TILES_M]
-    return [_is_roof(points[within(points, place, 0.0)], place, spacing) for place in places]
+    points = points[np.argsort(points[:, 0], kind="stable")]
+    left = np.searchsorted(points[:, 0], [place[0] for place in places])
+    right = np.searchsorted(points[:, 0], [place[2] for place in places], "right")
+    beside = (points[a:b] for a, b in zip(left, right, strict=True))
+    return [
+        _is_roof(p[within(p, place, 0.0)], place, spacing) for p, place in zip(beside, places, strict=True)
+    ]
 
 
 def _is_roof(p: Float, place: Box, spacing: float) -> bool:

@@ -15,9 +15,10 @@ from frontage.openings.layout.inferred import SAME
 from frontage.openings.wall.evidence import BARS
 
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
-_PIER = 0.5  # m, width of a narrow pier: what is wider may be a shop window at the end of a front
-_BESIDE, _PROBES, _HALF = 0.1, 9, 0.5  # m beside a side where a jamb is looked for, at so many places; share
 _PROVED = 1  # the same where lines of sight prove that the wall is open
+_PIER = 0.5  # m, width of a narrow pier: what is wider may be a shop window at the end of a front
+_BESIDE, _PROBES = 0.1, 9  # m beside a side where its jamb is looked for, and at how many places
+_HALF = 0.5  # share of these places that are jamb
 
 
 def are_openings(outlines: Sequence[Outline]) -> list[bool]:

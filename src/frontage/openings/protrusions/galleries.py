@@ -50,7 +50,7 @@ def with_pilasters(
 
 
 def _uprights(piece: Piece, before: Float, beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
-    """Returns the parts of a piece, from left to right, in whose columns more front shows than wall."""
+    """Returns the parts of a piece, from left to right, where its front shows more than the wall behind."""
     local = resolution.near(piece.box)
     where, depth = beams.at(piece.y, piece.box, 0.0)
     column = np.floor((where[:, 0] - piece.box[0]) / local.gap).astype(np.int64)
@@ -68,7 +68,7 @@ def _uprights(piece: Piece, before: Float, beams: FacadeBeams, resolution: Resol
 
 
 def _between(piece: Piece, before: Float, left: float, right: float, resolution: Resolution) -> Piece | None:
-    """Returns the part of a piece between two places x m; None where too little of the front lies there."""
+    """Returns the part of a piece between two places x m; None where no point of its front lies there."""
     wide = (left, piece.box[1], right, piece.box[3])
     own, front = (rows[within(before[rows], wide, 0.0)] for rows in (piece.rows, piece.front_rows))
     if not len(front):

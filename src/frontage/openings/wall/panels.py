@@ -37,7 +37,7 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
 
 
 def full_and_even(evidence: Evidence, place: Float, depth: Float, least: float) -> Bool:
-    """Returns the cells (h, w) that points of one surface fill as the wall would, wider than a frame.
+    """Returns the cells (h, w) of surfaces, wider than a frame, that are as full of points as wall.
 
     place, depth  (n, 2) m, (n,) m of the points behind the wall
     least         m from a surface beyond which a point is not on it
