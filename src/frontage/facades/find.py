@@ -67,6 +67,7 @@ def find_facades(
         candidates = drop_interiors(with_sides_of_corners(candidates), thinned, rng)
         refined = _refined(candidates, (), thinned, scene, rng)
         refined = _with_remaining(candidates, refined, thinned, scene, rng)
+        refined = drop_interiors(refined, scene, rng.spawn(1)[0])  # their extent is known better by now
         refined = with_sides(refined, thinned, scene, rng.spawn(1)[0])
         candidates, arcades = with_open_arcades(refined, scene, rng)
         candidates = without_overlaps(candidates, arcades)
