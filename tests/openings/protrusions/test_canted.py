@@ -1,5 +1,6 @@
 """Bays with slanting faces, shop fronts under a fascia, surrounds, pilasters: which are walls."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -84,6 +85,20 @@ def test_pilasters_that_a_sill_joins_are_no_avant_corps():
     pilasters = [p for p in found if p.kind == "pilaster"]
     assert [float(p.ring[:, 0].min()) for p in pilasters] == pytest.approx([0.8, 3.8, 6.8], abs=0.02)
     assert not any(p.kind.is_wall for p in found)
+
+
+def test_pilasters_of_a_mirrored_wall_have_the_same_borders():
+    parts = [box(x, x + wide, -0.12, 0, 0, 7.0) for x, wide in ((0.83, 0.47), (3.71, 0.61), (6.84, 0.4))]
+    parts += [box(0.83, 7.24, -0.12, 0, 2.0, 2.12)]
+    facade, scan = scanned(parts)
+    side = np.array([-1.0, 1.0, 1.0])
+    mirror = replace(scan, xyz=scan.xyz * side, origins=scan.origins * side)
+    swapped = replace(facade, outline=facade.outline[::-1] * side[:2])
+    before = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
+    after = find_protrusions(swapped, FacadeBeams.of(swapped, mirror), (), 0.0)
+    borders = [np.ravel([p.ring.min(0), p.ring.max(0)]) for p in before]
+    mirrored = [np.ravel([p.ring.min(0), p.ring.max(0)])[[2, 1, 0, 3]] * [-1, 1, -1, 1] for p in after]
+    assert np.allclose(sorted(map(tuple, borders)), sorted(map(tuple, mirrored)), atol=1e-6)
 
 
 @pytest.mark.parametrize(("hidden", "is_cheek"), [((-1.5, -1.2), True), ((-1.7, -0.4), False)])

@@ -50,21 +50,22 @@ def with_pilasters(
 
 
 def _uprights(piece: Piece, before: Float, beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
-    """Returns the parts of a piece, from left to right, where its front shows more than the wall behind."""
+    """Returns the parts of a piece, from left to right, between columns that show more wall than front.
+
+    Columns that show neither, such as the flutes of a pilaster, part nothing.
+    """
     local = resolution.near(piece.box)
     where, depth = beams.at(piece.y, piece.box, 0.0)
-    column = np.floor((where[:, 0] - piece.box[0]) / local.gap).astype(np.int64)
-    front, wall = (
-        np.bincount(column[np.abs(depth - y) <= local.half], minlength=column.max(initial=0) + 1)
-        for y in (piece.y, 0.0)
-    )
-    shown = np.flatnonzero(front > wall)
-    if len(shown) == len(front) or not len(shown):
+    left, right = piece.box[0], piece.box[2]
+    x = np.linspace(left, right, max(1, round((right - left) / local.cell)) + 1)  # alike from both ends
+    front, wall = (np.histogram(where[np.abs(depth - y) <= local.half, 0], x)[0] for y in (piece.y, 0.0))
+    if (wall <= front).all():
         return [piece]
-    runs = np.split(shown, np.flatnonzero(np.diff(shown) > 1) + 1)
-    x = piece.box[0] + local.gap * np.arange(len(front) + 1)
+    shown = np.flatnonzero(front > wall)
+    parted = np.diff(np.cumsum(wall > front)[shown]) > 0
+    runs = np.split(shown, np.flatnonzero(parted) + 1) if len(shown) else []
     parts = (_between(piece, before, float(x[run[0]]), float(x[run[-1] + 1]), local) for run in runs)
-    return [part for part in parts if part is not None]
+    return [part for part in parts if part is not None] or [piece]
 
 
 def _between(piece: Piece, before: Float, left: float, right: float, resolution: Resolution) -> Piece | None:
