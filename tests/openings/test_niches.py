@@ -94,3 +94,24 @@ def test_a_lattice_that_shows_the_room_behind_it_is_no_back_of_a_niche(is_wall):
     opening = replace(like, ring=rectangle(*hole), depth=None, on=None)
     told = tuple(replace(opening, ring=rectangle(*place)) for place in inner)
     assert len(find_niches([opening], [], FrontSearch(facade, scan, lambda *_: told))) == is_wall
+
+
+def test_a_pipe_in_a_recess_is_no_frame():
+    """A few points near the borders may lie no deeper than a frame; a frame holds many more."""
+    recess, panes = (2.2, 3.0, 6.2, 5.6), [(2.6, 3.3, 3.6, 5.3), (4.2, 3.8, 5.8, 5.3)]
+    pipe = box(2.23, 2.24, 0.05, 0.06, 3.0, 5.6)
+    found = found_in([*niche(recess, 1.2, panes), *(f for p in panes for f in framed(p, 1.3)), pipe])
+    assert [p.kind for p in found.protrusions] == ["niche"]
+    assert np.abs(np.array(boxes_of(found)) - panes).max() < 0.02
+
+
+def test_an_upper_loggia_whose_windows_are_hidden_is_like_the_others():
+    lower, upper = (2.2, 1.0, 6.2, 3.6), (2.2, 5.4, 6.2, 8.0)
+    panes = [(2.6, 1.3, 3.6, 3.3), (4.2, 1.8, 5.8, 3.3)]
+    behind = [b for b in holed(2.2, 6.2, 1.0, 3.6, 1.2, 1.5, panes)] + [box(2.2, 6.2, 1.2, 1.5, 5.4, 8.0)]
+    cheeks = [box(x, x + 0.05, 0.0, 1.2, 1.0, 8.0) for x in (2.15, 6.2)]
+    wall_ = [b for z0, z1, h in ((0, 4.4, lower), (4.4, 9, upper)) for b in holed(0, 8, z0, z1, 0.0, 0.3, [h])]
+    found = found_in([*wall_, *cheeks, *behind, *(f for p in panes for f in framed(p, 1.3))])
+    assert [p.kind for p in found.protrusions] == ["niche", "niche"]
+    assert sorted(p.provenance for p in found.protrusions) == ["measured", "pooled"]
+    assert np.abs(np.array(boxes_of(found)) - panes).max() < 0.02

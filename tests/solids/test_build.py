@@ -412,3 +412,22 @@ def test_a_host_with_a_step_of_millimetres_in_its_wall_takes_openings_on_both_si
     reliefs = (Relief("A", rectangle(2, 2, 3, 3.5), 0.2), Relief("B", rectangle(8, 2, 9, 3.5), 0.2))
     made = build_solid(host.solid, [FacadeReliefs("F", place, WALL, reliefs)])
     assert isinstance(made, Built) and not made.failed and not validate(made.solid)
+
+
+def test_windows_of_a_bay_that_the_host_has_are_in_its_wall():
+    """The model draws the bay; nothing is put before it a second time."""
+    plan = np.array([[0, 0], [3, 0], [3, -1], [6, -1], [6, 0], [9, 0], [9, 8], [0, 8.0]])
+    ground = Surface(np.column_stack([plan, np.zeros(8)])[::-1], "GroundSurface", "")
+    made = ground_block("B", [ground], WORLD, 7.0)
+    assert isinstance(made, Host)
+    window = Relief("W", rectangle(3.8, 2.0, 5.2, 3.5), 0.1)
+    bay = Relief("P", rectangle(3.0, 0.0, 6.0, 7.0), -0.95, "WallSurface", (window,))
+    other = Relief("V", rectangle(1.0, 2.0, 2.0, 3.5), 0.1)
+    place = Rigid3("local", "facade", np.eye(3), np.array([0.0, 0.05, 0.0]))
+    facade = FacadeReliefs("F", place, rectangle(0, 0, 9, 7), (bay, other))
+    whole = build_solid(made.solid, [facade])
+    assert isinstance(whole, Built) and not whole.failed
+    assert not validate(whole.solid)
+    assert {f.opening for f in whole.solid.faces} - {None} == {"W", "V"}
+    assert whole.solid.vertices[:, 1].min() == made.solid.vertices[:, 1].min()
+    assert whole.offsets["W"] == pytest.approx(-0.1, abs=1e-6)

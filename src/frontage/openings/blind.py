@@ -29,7 +29,7 @@ _AROUND = 0.6  # m around a niche, in which the wall tells how it looks
 _TILE = 0.25  # m, side of the tiles of which the means are compared
 _FEWEST = 5  # least number of points in a tile, and of tiles of a surface, from which a mean is told
 _ALIKE = 2.0  # standard deviations of the wall's own tiles by which the means of a niche may differ
-_EVEN = 0.03  # least such standard deviation, in logarithms of intensity and colour
+_EVEN = 0.05  # least such standard deviation, in logarithms of intensity and colour: niches are darker
 _GREY = 0.1  # by which the logarithms of red and blue over green of a coloured wall differ from grey
 
 

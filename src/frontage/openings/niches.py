@@ -4,6 +4,7 @@ A part that seems to be a wall set back, but has no openings of its own, may be 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -13,16 +14,18 @@ from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion, ProtrusionKind
+from frontage.openings.borders.depth import FRAME
 from frontage.openings.fronts import FrontSearch, is_hidden
 from frontage.openings.wall.raster import WallRaster
 
 _LEAST = 0.5  # m, depth of a niche at least: reveals are less deep
-_FRAME = 0.3  # m: frames lie less deep; what stands in a niche may be taken for its frame
+_FRAME = 0.3  # m: frames lie less deep
 _OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back is looked for first: the cheeks lie nearer
 _BIN = 0.02  # m, bin of depths
 _BEHIND = 3.0  # m behind a niche within which the beams through a lattice end
 _FIRST = 0.25  # share of that strip that the foremost surface must fill: a frame 5 cm wide does
 _LEAF = 0.9  # share of the area that an opening and the leaf that fills it cover together
+_SAME = 0.05  # m by which the width and height of niches of one form differ
 _ALONE = 0.7  # share of the back from which a single opening is the back itself: a door in a deep reveal
 
 
@@ -32,23 +35,56 @@ def find_niches(
     """Returns those of the `openings` of the main wall that are niches, as fronts behind the wall.
 
     They are of the kind "niche" and have no id yet. Nothing stands along the borders of a niche until its
-    back, which shows two openings or more, or one that leaves a wall around it. All others are openings with
-    deep reveals, or with a lattice in place of a wall.
+    back. This shows two openings or more, or one that leaves a wall around it, or the back of a niche of the
+    same form does. All others are openings with deep reveals, or with a lattice in place of a wall.
     """
     before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if p.kind.is_wall])
-    niches = []
+    niches, rest = [], []
     for opening in openings:
-        shallow = opening.depth is not None and opening.depth.value < _FRAME
-        back = None if shallow or is_hidden(opening, before) else _back(fronts.q, opening, fronts.facade)
-        if back is None:
+        if is_hidden(opening, before) or _has_frame(opening, fronts.facade):
             continue
-        niche = _niche(opening, back)
-        inner = fronts.openings(niche)
-        area = sum(shapely.Polygon(o.ring).area for o in inner)
-        several = len(inner) > 1 or 0.0 < area < _ALONE * shapely.Polygon(opening.ring).area
-        if several and _is_wall(fronts.q, niche, inner, fronts.facade):
+        back = _back(fronts.q, opening, fronts.facade)
+        niche = None if back is None else _niche(opening, back)
+        if niche is not None and _has_openings(niche, fronts):
             niches.append(niche)
-    return tuple(niches)
+        else:
+            rest.append(opening)
+    return (*niches, *_like_niches(rest, niches))
+
+
+def _has_frame(opening: Opening, facade: Facade) -> bool:
+    """Returns whether a frame runs along the borders of an opening, or a surface no deeper than one.
+
+    A frame holds as many points as a surface there; edges of parapets and what stands in a niche hold few.
+    """
+    if opening.depth is None or opening.depth.value >= _FRAME:
+        return False
+    width, height = np.ptp(opening.ring, axis=0)
+    full = (width + 2.0 * height) * (FRAME[1] - FRAME[0]) / facade.spacing**2
+    return bool(opening.depth.dof > _FIRST * full)
+
+
+def _has_openings(niche: Protrusion, fronts: FrontSearch) -> bool:
+    """Returns whether the back of a niche is wall with two openings, or with one and wall around it."""
+    inner = fronts.openings(niche)
+    area = sum(shapely.Polygon(o.ring).area for o in inner)
+    several = len(inner) > 1 or 0.0 < area < _ALONE * shapely.Polygon(niche.ring).area
+    return several and _is_wall(fronts.q, niche, inner, fronts.facade)
+
+
+def _like_niches(openings: Sequence[Opening], niches: Sequence[Protrusion]) -> list[Protrusion]:
+    """Returns those of the `openings` as niches that have the form of one; their backs are as deep.
+
+    From the street, the parapets of upper loggias hide the windows at their backs.
+    """
+    found = []
+    for opening in openings:
+        size = np.ptp(opening.ring, axis=0)
+        like = [n for n in niches if np.abs(np.ptp(n.ring, axis=0) - size).max() < _SAME]
+        if like:
+            front = sorted(like, key=lambda n: float(n.front.value))[len(like) // 2].front
+            found.append(replace(_niche(opening, front), provenance=Provenance.POOLED))
+    return found
 
 
 def without_leaves(

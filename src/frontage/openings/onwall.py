@@ -5,7 +5,6 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from frontage.model.estimate import Provenance
-from frontage.model.facade import Facade
 from frontage.model.opening import Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
@@ -28,6 +27,7 @@ from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_borders
 from frontage.openings.layout.support import are_openings, have_jambs, odd_heads, without_unsupported
+from frontage.openings.lintels import have_lintels
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
 from frontage.openings.slopes import are_roofs
@@ -49,7 +49,7 @@ def find_on_wall(
     """
     facade = wall.facade
     beams = crossing_beams(facade, scan, wall.beams)
-    outlines, found = _measured(facade, beams, wall, options)
+    outlines, found = _measured(scan, beams, wall, options)
     found += [
         (i.outline, Provenance.INFERRED, i.evidence, i.confidence) for i in infer(outlines, wall.evidence)
     ]
@@ -68,10 +68,10 @@ Found = tuple[Outline, Provenance, float, float]
 
 
 def _measured(
-    facade: Facade, beams: CrossingBeams, wall: ObservedWall, options: OpeningOptions
+    scan: Scan, beams: CrossingBeams, wall: ObservedWall, options: OpeningOptions
 ) -> tuple[list[Outline], list[Found]]:
     """Finds the openings that the beams show: the best layout of rectangles, then their measured borders."""
-    evidence = wall.evidence
+    facade, evidence = wall.facade, wall.evidence
     places = find_at_densities(wall.rasters, options, wall.ground, wall.posts)
     places = divided_by_columns(divided_alike(places))
     rough = [p.box for p in places]
@@ -86,7 +86,7 @@ def _measured(
         measured[k] = outline
     supported = (with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True))
     checked = [with_sill(o, beams) for o in supported]
-    told = zip(checked, places, _are_real(checked, wall), strict=True)
+    told = zip(checked, places, _are_real(checked, wall, scan), strict=True)
     real = [(outline, p.box, p.worth) for outline, p, is_one in told if is_one]
     pooled = pool([outline for outline, *_ in real])
     hidden = [is_foot_hidden(outline, evidence, wall.ground) for outline in pooled]
@@ -113,11 +113,13 @@ def _measured(
     return outlines, found
 
 
-def _are_real(outlines: Sequence[Outline], wall: ObservedWall) -> list[bool]:
-    """Returns which outlines are openings: they are told, have jambs, and are no strips of roof."""
-    roofs = are_roofs([o.place for o in outlines], wall.beams.points, wall.facade.spacing)
-    told = zip(are_openings(outlines), have_jambs(outlines, wall.facade), roofs, strict=True)
-    return [is_one and jambs and not roof for is_one, jambs, roof in told]
+def _are_real(outlines: Sequence[Outline], wall: ObservedWall, scan: Scan) -> list[bool]:
+    """Returns which outlines are openings: they are told, have jambs and a lintel, and are no roofs."""
+    facade = wall.facade
+    roofs = are_roofs([o.place for o in outlines], wall.beams.points, facade.spacing)
+    framed = zip(have_jambs(outlines, facade), have_lintels(outlines, facade, scan), strict=True)
+    told = zip(are_openings(outlines), framed, roofs, strict=True)
+    return [is_one and all(frame) and not roof for is_one, frame, roof in told]
 
 
 def _openings(

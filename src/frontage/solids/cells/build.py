@@ -9,6 +9,7 @@ from frontage.solids.cells.carve import carve
 from frontage.solids.cells.clearance import Clearance
 from frontage.solids.cells.context import BuildContext
 from frontage.solids.cells.depths import level_slivers, limit_depths
+from frontage.solids.cells.drawn_fronts import with_drawn_fronts
 from frontage.solids.cells.pinches import partition_without_pinches
 from frontage.solids.cells.place import place_reliefs
 from frontage.solids.cells.placing_area import PlacingArea
@@ -37,8 +38,8 @@ def build_solid(
     if context.options.reseat:
         host = reseat_walls(host, facades, context.options, context.log)
     solid, offsets = host, dict[str, float]()
-    for facade in facades:
-        others = [f for f in facades if f is not facade]
+    for facade in (part for f in facades for part in with_drawn_fronts(f, host, context.options)):
+        others = [f for f in facades if f.id != facade.id]
         solid, own_offsets = _cut_facade(solid, facade, others, context)
         offsets |= own_offsets
     in_solid = {f.opening for f in solid.faces}

@@ -31,7 +31,7 @@ def on_a_step(
     if not options.depth or options.max_offset >= MASONRY.arcade:
         return None
     found = find_walls(solid, facade, options.model_copy(update={"max_offset": MASONRY.arcade}))
-    regions = [_region_on(facade, wall) for wall in found]
+    regions = [region_on(facade, wall) for wall in found]
     best = int(np.argmax([r.area for r in regions])) if regions else -1
     if best < 0 or regions[best].area == 0.0:
         return None
@@ -49,7 +49,7 @@ def on_a_step(
 
 def covers_any(facade: FacadeReliefs, walls: Sequence[HostWall]) -> bool:
     """Decides whether any of the walls lies within the facade's outline, and not only beside it."""
-    return any(_region_on(facade, wall).area > 0.0 for wall in walls)
+    return any(region_on(facade, wall).area > 0.0 for wall in walls)
 
 
 def _depth_of(wall: HostWall, facade: FacadeReliefs) -> float:
@@ -90,8 +90,8 @@ def _outline_on(
     return shapely.make_valid(Polygon(facade_from_other.apply(at_depth(other.outline, 0.0))[:, [0, 2]]))
 
 
-def _region_on(facade: FacadeReliefs, wall: HostWall) -> BaseGeometry:
-    """Returns the part of the facade's outline, in its frame, that lies on a wall."""
+def region_on(facade: FacadeReliefs, wall: HostWall) -> BaseGeometry:
+    """Returns the part of the facade's outline, in its frame (x, z) m, that lies on a wall."""
     facade_from_wall = facade.local_from_facade.inverse @ wall.local_from_wall
 
     def flat(ring: LinearRing) -> Float:
