@@ -119,7 +119,7 @@ def _surfaces(boxes: list[tuple[Box, bool]], holes: list[Hole]) -> Iterator[tupl
     for axis in range(3):
         for sign in (-1, 1):
             for place, area in _areas(filled, edges, axis, sign):
-                own = [h for h in holes if (h.axis, h.sign) == (axis, sign) and abs(h.place - place) < 1e-6]
+                own = [h for h in holes if (h.axis, h.sign) == (axis, sign) and abs(h.place - place) < 1e-3]
                 wall = area.difference(shapely.union_all([h.outline for h in own]))
                 kind = _kind(axis, sign, place)
                 for number, part in enumerate(shapely.get_parts(wall)):

@@ -13,6 +13,7 @@ from frontage.facades.corners import with_sides_of_corners
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.layers import find_layers
 from frontage.facades.options import FacadeOptions
+from frontage.facades.parts import with_parts
 from frontage.facades.pieces import without_overlaps
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.plane.paper import paper_plane
@@ -70,7 +71,7 @@ def find_facades(
         refined = drop_interiors(refined, scene, rng.spawn(1)[0])  # their extent is known better by now
         refined = with_sides(refined, thinned, scene, rng.spawn(1)[0])
         candidates, arcades = with_open_arcades(refined, scene, rng)
-        candidates = without_overlaps(candidates, arcades)
+        candidates = with_parts(without_overlaps(candidates, arcades), scene)
     if not candidates:
         return (_no_wall(building, options),)
     candidates.sort(key=lambda candidate: -candidate.cells.area)
