@@ -231,3 +231,23 @@ def test_a_front_over_an_arcade_ends_at_an_entablature_before_its_plane():
     outline = shapely.Polygon(front.outline)
     z = front.frame.inverse.apply(np.array([[3.6, 0.0, 3.2], [3.6, 0.0, 4.0]]))
     assert shapely.contains_xy(outline, z[:, [0, 2]]).tolist() == [False, True]
+
+
+def colonnade(x, z):
+    """Columns under an entablature: less wall than there is behind them."""
+    column = np.abs((x + 7.5) % 3.75) < 0.5
+    return on_wall(x, z) & (z < 7.8) & (column | (z > 6.4))
+
+
+def test_a_colonnade_is_open_though_the_wall_behind_it_is_larger():
+    rng = np.random.default_rng(0)
+    rear = grid(rng, -7.2, 7.2, 0.0, 6.5, 2.4, 0.05)
+    floor = rng.uniform((-7.2, 0.1, 0.0), (7.2, 2.4, 0.02), (4000, 3))
+    found = facades(colonnade, np.vstack([rear, floor]), True)
+    assert depths(found) == [0.0, 2.4]
+    front = min(found, key=lambda f: f.frame.t[1])
+    outline = shapely.Polygon(front.outline)
+    at = front.frame.inverse.apply(
+        np.array([[x, 0.0, z] for x in (-4.9, -1.2, 2.6) for z in (1.0, 5.5, 7.2)])
+    )
+    assert shapely.contains_xy(outline, at[:, [0, 2]]).tolist() == [False, False, True] * 3

@@ -34,7 +34,7 @@ def with_open_arcades(
         rows = sample_rays(inner.wall.inliers, rng)
         xyz, sensors = scene.cloud.xyz[rows], scene.sensors(rows)
         for k, outer in enumerate(found):
-            if outer.cells.area > inner.cells.area and stands_in_arcade(outer, inner, xyz, sensors, scene):
+            if stands_in_arcade(outer, inner, xyz, sensors, scene):
                 found[k] = _opened(outer, inner, scene)
                 pairs.add((k, number))
     return found, frozenset(pairs)
