@@ -10,6 +10,7 @@ from frontage.facades.arcades import stands_in_arcade
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
 from frontage.facades.corners import is_side
+from frontage.facades.galleries import without_galleries
 from frontage.facades.outline import at_or_below, largest_part, occupied, widest_gap
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.scene import FacadeScene
@@ -38,6 +39,8 @@ def drop_interiors(
 ) -> list[FacadeCandidate]:
     """Removes walls most of whose points lie behind a larger facade and were seen through its openings.
 
+    The fronts of galleries before a larger wall are removed first: they are layers of that wall.
+
     With rays this is measured: lines of sight cross the larger facade, or its neighbours in the same plane,
     under and between its wall. A wall that is set back is seen over or beside the facade and stays, and so
     does the wall of an arcade. Panes mirror what stands before them, so that a wall of windows may show more
@@ -54,6 +57,7 @@ def drop_interiors(
 
     known  walls that are facades, which may show interiors as well
     """
+    candidates = without_galleries(candidates, scene, rng.spawn(1)[0])
     kept = []
     for inner in candidates:
         rows = sample_rays(inner.wall.inliers, rng)
