@@ -327,8 +327,8 @@ def school(d: Drawing, rng: np.random.Generator) -> None:
 
 
 def dormers(d: Drawing, rng: np.random.Generator) -> None:
-    """Wall dormers over the eaves, and windows with surrounds and sills."""
-    count, pitch, out = int(rng.integers(3, 6)), rng.uniform(3.0, 3.8), rng.uniform(0.04, 0.1)
+    """Wall dormers over the eaves."""
+    count, pitch = int(rng.integers(3, 6)), rng.uniform(3.0, 3.8)
     length = count * pitch
     d.house(0, length, 0, 9, 0, 6.4)
     d.house(0, length, 1.6, 9, 6.4, 8.6)
@@ -340,8 +340,7 @@ def dormers(d: Drawing, rng: np.random.Generator) -> None:
             if k == 0 and z < 1:
                 d.door(x - 0.6, x + 0.6, 2.3, depth=0.2)
                 continue
-            d.add(x - 0.75, x + 0.75, -out, 0, z - 0.15, z + 1.65)
-            d.window(x - 0.55, x + 0.55, z, z + 1.5, y=-out, depth=0.14 + out)
+            d.window(x - 0.55, x + 0.55, z, z + 1.5, depth=0.14)
 
 
 STYLES: dict[str, Style] = {

@@ -251,13 +251,3 @@ def test_a_colonnade_is_open_though_the_wall_behind_it_is_larger():
         np.array([[x, 0.0, z] for x in (-4.9, -1.2, 2.6) for z in (1.0, 5.5, 7.2)])
     )
     assert shapely.contains_xy(outline, at[:, [0, 2]]).tolist() == [False, False, True] * 3
-
-
-def long_balconies(x, z):
-    """Solid parapets along three storeys, with nothing between them."""
-    return on_wall(x, z) & (z > 2.7) & ((z + 0.2) % 2.9 < 1.1)
-
-
-def test_long_balconies_before_a_larger_wall_are_its_layers():
-    rear = grid(np.random.default_rng(1), -7.4, 7.4, 0.0, 11.5, 1.4, 0.05)
-    assert depths(facades(long_balconies, rear, True)) == [1.4]

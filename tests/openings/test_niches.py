@@ -108,7 +108,7 @@ def test_a_pipe_in_a_recess_is_no_frame():
 def test_an_upper_loggia_whose_windows_are_hidden_is_like_the_others():
     lower, upper = (2.2, 1.0, 6.2, 3.6), (2.2, 5.4, 6.2, 8.0)
     panes = [(2.6, 1.3, 3.6, 3.3), (4.2, 1.8, 5.8, 3.3)]
-    behind = [b for b in holed(2.2, 6.2, 1.0, 3.6, 1.2, 1.5, panes)] + [box(2.2, 6.2, 1.2, 1.5, 5.4, 8.0)]
+    behind = [*holed(2.2, 6.2, 1.0, 3.6, 1.2, 1.5, panes), box(2.2, 6.2, 1.2, 1.5, 5.4, 8.0)]
     cheeks = [box(x, x + 0.05, 0.0, 1.2, 1.0, 8.0) for x in (2.15, 6.2)]
     wall_ = [
         b for z0, z1, h in ((0, 4.4, lower), (4.4, 9, upper)) for b in holed(0, 8, z0, z1, 0.0, 0.3, [h])
