@@ -1,4 +1,4 @@
-"""Tells the fronts of galleries and long balconies from walls: bands that only posts join, with free ways."""
+"""Tells the fronts of galleries and long balconies from walls: they are bands with free ways between them."""
 
 from collections.abc import Sequence
 
@@ -15,8 +15,8 @@ _PIER_M = 0.5  # m: what is narrower is a post, or a wall between two flats seen
 _PARAPET_M = 0.8  # m: a parapet is 0.9 m high by the German model building code, and a cell may be lost
 _FEWEST = 2  # parapets: one band alone is an entablature, or a balcony
 _ALONG = 0.5  # share of the width that a band runs along
-# share of the places between bands that piers cover, and of the beams there that anything returns: frames and
-# panes return more
+# share of the area between bands that piers cover, and points there for every line of sight that passes:
+# frames and panes return more
 _FREE = 0.1
 _OFF_M = 0.3  # m off the bands: handrails, flowers
 
@@ -24,9 +24,9 @@ _OFF_M = 0.3  # m off the bands: handrails, flowers
 def without_galleries(
     candidates: Sequence[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
 ) -> list[FacadeCandidate]:
-    """Drops the fronts of galleries before a larger wall, which they are layers of.
+    """Drops the fronts of galleries, because they are layers of a larger wall behind them.
 
-    Needs the sensors of the points.
+    Where the sensors of the points are not known, nothing is dropped.
     """
     return [
         outer
@@ -43,8 +43,8 @@ def _are_galleries(
     parallel = outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos
     if not (parallel and MASONRY.relief < depth < MASONRY.facade_reach):
         return False
-    bands = _bands(outer)
-    if inner.cells.area < outer.cells.area or bands is None:
+    bands = _bands(outer) if inner.cells.area >= outer.cells.area else None
+    if bands is None:
         return False
     rows = sample_rays(inner.wall.inliers, rng)
     crosses, x, z = crossings(outer.wall, scene.cloud.xyz[rows], scene.sensors(rows))
@@ -57,7 +57,7 @@ def _are_galleries(
 
 
 def _bands(outer: FacadeCandidate) -> Bool | None:
-    """Returns the rows (h,) of cells that a front's bands fill, which are lower than a room.
+    """Returns which rows (h,) of cells the bands of a front fill; bands are lower than a room.
 
     Returns None where there are too few of them, and where anything as wide as a pier stands between them.
     """

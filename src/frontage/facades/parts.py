@@ -17,7 +17,7 @@ from frontage.model.masonry import MASONRY
 def with_parts(candidates: Sequence[FacadeCandidate], scene: FacadeScene) -> list[FacadeCandidate]:
     """Returns the walls, with the large parts of each as walls of their own, in the order of their area.
 
-    What is no higher than a step, such as a kerb in the plane of the wall, joins no parts.
+    A strip that is no higher than a step, such as a kerb in the plane of the wall, does not join parts.
     """
     least = least_area(candidates, scene.options)
     found = []

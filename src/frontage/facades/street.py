@@ -15,7 +15,7 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.sightlines import SightLines
 
 SEEN_THROUGH = 0.5
-"""Share of a wall's points measured through another wall that makes it an interior."""
+"""A wall is an interior if more than this share of its points was measured through another wall."""
 
 _EYE_M = 1.7  # m above the ground: a tripod; a scanner on a vehicle's roof is at 2-3 m
 _SENSOR_DISTANCES_M = (4.0, 8.0, 15.0, 30.0)  # m from the wall, tried for a sensor

@@ -20,11 +20,14 @@ _HALF = 0.2  # share of them on either half of the door at least: a car or a bin
 _LAST = 0.95  # quantile of their heights that tells where the flight ends
 
 
-def points_before(facade: Facade, scan: Scan) -> Float:
-    """Returns the points (n, 3) m, in the frame of a facade, that stand before it, sorted by x."""
+def points_before(facade: Facade, scan: Scan, deepest: float = -_AT_WALL) -> Float:
+    """Returns the points (n, 3) m, in the frame of a facade, that stand before it, sorted by x.
+
+    deepest  m, how far behind the plane of the facade they may lie
+    """
     points = steady(facade.frame.inverse.apply(scan.xyz))
     y = points[:, 1]
-    near = points[(y < -_AT_WALL) & (y > -MASONRY.facade_reach)]
+    near = points[(y < deepest) & (y > -MASONRY.facade_reach)]
     return np.asarray(near[np.argsort(near[:, 0])])
 
 

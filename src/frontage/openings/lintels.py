@@ -6,11 +6,11 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Bool, Float
-from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
+from frontage.openings.flights import points_before
 
 _ABOVE, _PROBES = 0.1, 9  # m above the top where the facade may go on, and at how many places
 _HALF = 0.5  # share of the width that is closed above
@@ -27,9 +27,7 @@ def have_lintels(outlines: Sequence[Outline], facade: Facade, scan: Scan) -> lis
     closed = [o.borders[3].is_seen or _goes_on(ring, o) for o in outlines]
     if all(closed):
         return closed
-    y_least, y_most = -MASONRY.facade_reach, MASONRY.relief
-    points = steady(facade.frame.inverse.apply(scan.xyz))
-    points = points[(points[:, 1] > y_least) & (points[:, 1] < y_most)]
+    points = points_before(facade, scan, MASONRY.relief)
     wide = _SPACINGS * facade.spacing
     return [is_closed or _is_covered(points, o, wide) for is_closed, o in zip(closed, outlines, strict=True)]
 
@@ -43,9 +41,9 @@ def _goes_on(ring: shapely.Geometry, outline: Outline) -> bool:
 
 
 def _is_covered(points: Float, outline: Outline, wide: float) -> bool:
-    """Returns whether points (n, 3) m lie above most of an opening, in columns `wide` m wide."""
+    """Returns whether points (n, 3) m, sorted by x, lie in most columns, `wide` m wide, above an opening."""
     x0, _, x1, z1 = outline.place
-    x, _, z = points.T
-    above = (x > x0) & (x < x1) & (z > z1) & (z < z1 + _REACH)
+    x, _, z = points[slice(*np.searchsorted(points[:, 0], [x0, x1]))].T
+    above = (z > z1) & (z < z1 + _REACH)
     columns = np.linspace(x0, x1, max(1, round((x1 - x0) / wide)) + 1)
     return bool((np.histogram(x[above], columns)[0] > 0).mean() > _HALF)

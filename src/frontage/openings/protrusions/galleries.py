@@ -52,7 +52,7 @@ def with_pilasters(
 def _uprights(piece: Piece, before: Float, beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
     """Returns the parts of a piece, from left to right, between columns that show more wall than front.
 
-    Columns that show neither, such as the flutes of a pilaster, part nothing.
+    Columns that show neither, such as the flutes of a pilaster, do not divide it.
     """
     local = resolution.near(piece.box)
     where, depth = beams.at(piece.y, piece.box, 0.0)

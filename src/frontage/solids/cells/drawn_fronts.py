@@ -8,10 +8,10 @@ from shapely.geometry import Polygon
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Solid
-from frontage.solids.cells.set_off import region_on
+from frontage.solids.cells.set_off import depth_of, region_on
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
-from frontage.solids.walls import HostWall, find_walls
+from frontage.solids.walls import find_walls
 
 _MOST = 0.5  # share of a front that lies on the host's wall at its depth
 
@@ -46,15 +46,8 @@ def _is_drawn(front: FacadeReliefs, depth: float, solid: Solid, options: BuildOp
 
     The front lies `depth` m behind the facade, a protrusion by a negative one.
     """
-    near = [
-        region_on(front, wall)
-        for wall in find_walls(solid, front, options)
-        if abs(_off(front, wall)) < abs(_off(front, wall) + depth)
-    ]
+    walls = find_walls(solid, front, options)
+    behind = [-depth_of(wall, front) for wall in walls]
+    near = [region_on(front, w) for w, y in zip(walls, behind, strict=True) if abs(y) < abs(y + depth)]
     whole = shapely.make_valid(Polygon(front.outline))
     return bool(shapely.union_all(near).area > _MOST * whole.area)
-
-
-def _off(front: FacadeReliefs, wall: HostWall) -> float:
-    """Returns how far (m) a wall lies behind a front."""
-    return float(front.local_from_facade.inverse.apply(wall.local_from_wall.t[None])[0, 1])

@@ -36,7 +36,7 @@ def on_a_step(
     if best < 0 or regions[best].area == 0.0:
         return None
     wall, region = found[best], regions[best]
-    depth = _depth_of(wall, facade)
+    depth = depth_of(wall, facade)
     if depth > 0.0:
         region = region.difference(shapely.union_all([_outline_on(facade, o, wall, options) for o in others]))
     steps = _steps(facade, region, depth)
@@ -52,7 +52,7 @@ def covers_any(facade: FacadeReliefs, walls: Sequence[HostWall]) -> bool:
     return any(region_on(facade, wall).area > 0.0 for wall in walls)
 
 
-def _depth_of(wall: HostWall, facade: FacadeReliefs) -> float:
+def depth_of(wall: HostWall, facade: FacadeReliefs) -> float:
     """Returns how far (m) a facade lies behind a wall."""
     wall_from_facade = wall.local_from_wall.inverse @ facade.local_from_facade
     return float(wall_from_facade.apply(at_depth(facade.outline, 0.0))[:, 1].mean())
@@ -84,7 +84,7 @@ def _outline_on(
 ) -> BaseGeometry:
     """Returns the outline of another facade in this one's plane, if that was measured on the wall."""
     parallel = other.local_from_facade.R[:, 1] @ wall.local_from_wall.R[:, 1]
-    if parallel < np.cos(np.radians(options.max_angle)) or abs(_depth_of(wall, other)) > options.max_offset:
+    if parallel < np.cos(np.radians(options.max_angle)) or abs(depth_of(wall, other)) > options.max_offset:
         return Polygon()
     facade_from_other = facade.local_from_facade.inverse @ other.local_from_facade
     return shapely.make_valid(Polygon(facade_from_other.apply(at_depth(other.outline, 0.0))[:, [0, 2]]))
