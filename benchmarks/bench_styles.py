@@ -49,6 +49,7 @@ def main() -> None:
     parser.add_argument("--draw", type=int, default=1, help="seed of the fronts")
     parser.add_argument("--only", nargs="+", default=list(STYLES), choices=list(STYLES), metavar="STYLE")
     parser.add_argument("--spacing", nargs="+", type=float, default=[0.02], help="m between beams, 10 m away")
+    parser.add_argument("--bare", action="store_true", help="without sensor positions and LoD2 model")
     parser.add_argument("--methods", nargs="+", default=["paper", "evidence"])
     parser.add_argument("--scenes", type=Path, help="where scenes and runs are kept")
     given = parser.parse_args()
@@ -60,7 +61,9 @@ def main() -> None:
             for style in given.only:
                 scene = drawn(style, given.draw, spacing, folder)
                 for method in given.methods:
-                    found[method].append(measured(scene, folder / f"{scene.name} {method}", method))
+                    found[method].append(
+                        measured(scene, folder / f"{scene.name} {method}", method, given.bare)
+                    )
                     rows[method].append(line(style, method, found[method][-1:]))
                     print(" | ".join(rows[method][-1]), file=sys.stderr, flush=True)
             together = [line("together", method, found[method]) for method in given.methods]

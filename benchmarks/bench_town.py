@@ -21,11 +21,16 @@ from typing import Any
 
 import numpy as np
 
+from _changes import sightless
 from _common import DATA, bootstrap, figure, table
 from bench_openings import LEVELS, f1
 from frontage.evaluation.openings import score_openings
 from frontage.evaluation.truth import Truth, best_share
 from frontage.geometry.arrays import Float
+from frontage.io.scans.laswrite import write_las
+from frontage.io.scans.read import read_scans
+from frontage.model import Scan
+from frontage.model.scan import merge_scans
 from frontage.pipeline.project import make_project
 from frontage.pipeline.run import run
 from frontage.simulate.spec import SceneSpec
@@ -95,10 +100,15 @@ class Found:
     lost: tuple[str, ...]
 
 
-def measured(scene: Path, out: Path, method: str) -> Found:
-    """Run the chain on the scans and the LoD2 model of a scene, and score it."""
-    scans = [{"path": str(path)} for path in sorted((scene / "scans").glob("*.e57"))]
-    parts = {"scans": scans, "model": {"path": str(scene / "lod2.city.json")}, "openings": {"method": method}}
+def measured(scene: Path, out: Path, method: str, bare: bool = False) -> Found:
+    """Run the chain on the scans and the LoD2 model of a scene, and score it.
+
+    `bare`: on one cloud without sensor positions, and without the LoD2 model.
+    """
+    scans = [bare_cloud(scene)] if bare else sorted((scene / "scans").glob("*.e57"))
+    parts: dict[str, Any] = {"scans": [{"path": str(path)} for path in scans], "openings": {"method": method}}
+    if not bare:
+        parts["model"] = {"path": str(scene / "lod2.city.json")}
     about = {"name": scene.name, "crs": "EPSG:32632"}
     run(make_project({"project": about, **parts}, scene, "the benchmark"), out)
     truth, base = load_truth(scene)
@@ -108,6 +118,14 @@ def measured(scene: Path, out: Path, method: str) -> Found:
     sure = [name for name, confidence in claims(out) if confidence >= SURE]
     text = (out / "model" / "lod3.city.json").read_text("utf-8")
     return Found(counts, solid, len(sure), tuple(name for name in sure if f'"{name}"' not in text))
+
+
+def bare_cloud(scene: Path) -> Path:
+    """Write the scans of a scene as one cloud without sensor positions; return its path."""
+    scans: list[Scan] = []
+    for path in sorted((scene / "scans").glob("*.e57")):
+        scans += read_scans(str(path), world=scans[0].world if scans else None)
+    return write_las(scene / "cloud.laz", sightless(merge_scans(scans)).scan)
 
 
 def claims(out: Path) -> Iterator[tuple[str, float]]:

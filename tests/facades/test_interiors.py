@@ -153,6 +153,15 @@ def test_the_side_of_a_house_stays_that_goes_round_a_sharp_corner(gap, number):
     assert len(found) == number
 
 
+@pytest.mark.parametrize("past", [0.35, 1.5])
+def test_side_of_a_room_is_no_facade_though_ground_was_measured_beyond_the_end_of_the_front(past):
+    rng = np.random.default_rng(1)
+    side = grid(rng, 0.3, 6.0, 0.0, 3.3, WIDTH / 2 - past, 0.05)[:, [1, 0, 2]]
+    beside = np.column_stack([rng.uniform(7.5, 17, 9000), rng.uniform(0, 8, 9000), rng.normal(0, 0.01, 9000)])
+    found = facades(shop, np.vstack([side, beside]), False, through=False)
+    assert depths(found) == [0.0] and len(found) == 1
+
+
 @pytest.mark.parametrize("seed", [20, 24])
 def test_rooms_of_a_cloud_cut_out_without_ground_and_rays_are_no_facades(seed):
     scene = terrace(seed, houses=3)

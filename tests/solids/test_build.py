@@ -368,9 +368,10 @@ def test_part_on_a_narrow_neck_is_left_out():
     assert len(result.notes) == 1
 
 
-def test_openings_behind_the_piers_of_an_arcade_lie_on_steps_between_them():
+@pytest.mark.parametrize("foot", [0.0, 0.03])
+def test_openings_behind_the_piers_of_an_arcade_lie_on_steps_between_them(foot):
     # the model draws the arcade as a wall; the front was measured on it, and a wall 2 m behind its gaps
-    piers = shapely.union_all([shapely.box(x, 0.0, x + 1.0, 3.5) for x in (0.0, 5.5, 11.0)])
+    piers = shapely.union_all([shapely.box(x, foot, x + 1.0, 3.5) for x in (0.0, 5.5, 11.0)])
     ring = np.array((piers | shapely.box(0.0, 3.0, 12.0, 9.0)).exterior.coords)[:-1]
     front = FacadeReliefs("F1", STRAIGHT, ring, (Relief("F1/W", rectangle(4, 5, 5, 6.5), 0.2),))
     back = Rigid3("local", "facade", STRAIGHT.R, STRAIGHT.t + 2.0 * STRAIGHT.R[:, 1])
@@ -388,6 +389,20 @@ def test_openings_behind_the_piers_of_an_arcade_lie_on_steps_between_them():
     assert set(panes) == {"F1/W", *rings}
     assert all(np.allclose(panes[n], 2.15, atol=5e-4) for n in rings)
     assert len(made.failed) == 1 and "hidden" in made.failed[0].message
+
+
+def test_openings_beside_a_wall_at_their_depth_lie_on_a_step_of_the_next_wall():
+    """The wall of a colonnade goes on a little beside the block behind the columns."""
+    plan = np.array([[0, 0], [12, 0], [12, 2], [12.3, 2], [12.3, 10], [0, 10.0]])
+    ground = Surface(np.column_stack([plan, np.zeros(6)])[::-1], "GroundSurface", "")
+    host = ground_block("B", [ground], WORLD, 9.0)
+    assert isinstance(host, Host)
+    back = Rigid3("local", "facade", np.eye(3), np.array([0.0, 2.0, 0.0]))
+    window = Relief("W", rectangle(4, 1, 5, 2.5), 0.2)
+    made = build_solid(host.solid, [FacadeReliefs("F", back, rectangle(0.5, 0, 12.3, 3), (window,))])
+    assert isinstance(made, Built) and not made.failed and not validate(made.solid)
+    (pane,) = kinds(made.solid, "Window")
+    assert made.solid.vertices[list(pane.ring), 1] / GRID_PER_M == pytest.approx(2.2, abs=5e-4)
 
 
 def test_a_wall_wholly_behind_another_facade_is_refused_with_all_its_elements():

@@ -149,6 +149,19 @@ def test_a_step_between_parallel_facades():
     assert body.geom_type == "Polygon" and len(body.exterior.coords) == 9
 
 
+def test_a_wing_leaves_the_wall_of_an_avant_corps_whole():
+    wing = chain([[0, 4], [0, 0], [5, 0], [5, 1.6], [10, 1.6]])
+    body = shapely.union_all([p for p, _ in footprints([*wing, front((10, 1.2), (16, 1.2))], DEPTH)])
+    assert body.covers(shapely.box(10.1, 1.21, 15.9, 5.0))  # though it stands in the space before the cheek
+    assert body.bounds[0] == pytest.approx(0.0, abs=0.01)  # and nothing lies before the side of the wing
+
+
+def test_a_wall_of_a_room_does_not_cut_off_the_end_of_a_front():
+    assert plan([front((0, 0), (12, 0)), front((10.2, 0.1), (10.2, 5), 0, 3)]).covers(
+        shapely.box(0.01, 0.01, 11.99, 7.9)
+    )
+
+
 def test_a_storey_that_is_set_back_is_a_block_of_its_own():
     found = footprints([front((0, 0), (20, 0), 0, 8), front((4, 3), (16, 3), 8, 14)], DEPTH)
     assert [p.area for p, _ in found] == [pytest.approx(160), pytest.approx(96)]

@@ -9,14 +9,14 @@ from scipy import ndimage
 from frontage.facades.arcades import stands_in_arcade
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
-from frontage.facades.corners import is_side
+from frontage.facades.corners import begins_behind, is_side
 from frontage.facades.galleries import without_galleries
 from frontage.facades.outline import at_or_below, largest_part, occupied, widest_gap
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import SEEN_THROUGH, StripBefore, crossings, share_through, strip_before
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.model.masonry import TOLERANCES
+from frontage.model.masonry import MASONRY, TOLERANCES
 
 _LEAK = 0.15  # share of chance crossings of shut cells that an interior may still have (curtains, frames)
 _EXPLAINED = 0.8  # share of a wall's points that one sensor place must see to explain it
@@ -51,6 +51,8 @@ def drop_interiors(
     - The wall of an arcade stays, and so does the side of the house, which goes on round the end of a front.
     - A wall close behind a larger one that faces the same way, and nowhere reaches beyond it, belongs to a
       room, because no house and court fit between.
+    - A wall that begins behind a larger one, and past which that one runs, is seen from within only, unless
+      open ground lies between.
     - Any other wall behind a larger one stands outside only if open ground lies before it.
     - In a cloud that was cut out without its ground, a wall also stands outside if it is the far side of a
       tower (it faces away, is tall, and has nothing built before it) and no sensor place explains it.
@@ -83,6 +85,8 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
         return False
     if _faces_the_same_way(outer, inner) and _is_covered_without_a_court(outer, q):
         return True
+    if _is_inner_face(outer, inner, q, scene):
+        return True
     if not _lies_where_rooms_are(_Covers.of(outer, scene), q):
         return False
     before = strip_before(inner.wall, inner.cells, scene.around, scene.ground_z)
@@ -113,6 +117,22 @@ def _lies_where_rooms_are(covers: "_Covers", q: Float) -> bool:
     """Decides whether most points (n, 3) m lie behind the outer wall and within the depth of its rooms."""
     deep = (q[:, 1] > RELIEF_M) & (q[:, 1] < _ROOM_DEPTH_M)
     return bool((deep & covers.hold(q[:, 0], q[:, 2])).mean() > SEEN_THROUGH)
+
+
+def _is_inner_face(outer: FacadeCandidate, inner: FacadeCandidate, q: Float, scene: FacadeScene) -> bool:
+    """Decides whether a wall with points q (n, 3) m, facade coordinates of a front, is seen from within only.
+
+    It begins behind the front, which runs past it and hides it, and no open ground was measured there before
+    it: it is the side of a room or of an arcade, or the inner face of the house's own side.
+    """
+    hidden = _with_gates(outer)
+    past = q + (inner.wall.normal @ outer.wall.axes) * -(MASONRY.half_brick + outer.cells.cell)
+    if not begins_behind(outer, inner) or hidden.within(past[:, 0], past[:, 2]).mean() < _WHOLLY:
+        return False
+    around = outer.wall.coordinates(scene.around)
+    behind = (around[:, 1] > RELIEF_M) & (around[:, 1] < _ROOM_DEPTH_M)
+    behind &= hidden.within(around[:, 0], around[:, 2])
+    return not strip_before(inner.wall, inner.cells, scene.around[behind], scene.ground_z).is_outdoors
 
 
 def _is_far_side(outer: FacadeCandidate, inner: FacadeCandidate, before: StripBefore) -> bool:

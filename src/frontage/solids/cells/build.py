@@ -14,7 +14,7 @@ from frontage.solids.cells.pinches import partition_without_pinches
 from frontage.solids.cells.place import place_reliefs
 from frontage.solids.cells.placing_area import PlacingArea
 from frontage.solids.cells.project import ProjectedRelief, assign_to_walls, without_protrusions
-from frontage.solids.cells.set_off import covers_any, on_a_step
+from frontage.solids.cells.set_off import on_a_step, on_and_off
 from frontage.solids.coarse.reseat import reseat_walls
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import Built, FacadeReliefs, names_of
@@ -51,13 +51,24 @@ def _cut_facade(
     solid: Solid, facade: FacadeReliefs, others: Sequence[FacadeReliefs], context: BuildContext
 ) -> tuple[Solid, dict[str, float]]:
     """Cuts the reliefs of one facade; also returns their offsets (m) from the measured plane."""
+    walls = find_walls(solid, facade, context.options)
+    on, off = on_and_off(facade, walls)
+    solid, offsets = _cut_reliefs(solid, on, walls, context)
+    if off.reliefs and (far := on_a_step(solid, off, others, context.options)):
+        off, walls = far
+        context.log.note(f"{off.id}: stands on a step of {off.reliefs[0].depth:.2f} m of the host's wall")
+    else:
+        walls = find_walls(solid, off, context.options)
+    solid, own = _cut_reliefs(solid, off, walls, context)
+    return solid, offsets | own
+
+
+def _cut_reliefs(
+    solid: Solid, facade: FacadeReliefs, walls: Sequence[HostWall], context: BuildContext
+) -> tuple[Solid, dict[str, float]]:
+    """Cuts the reliefs of a facade into walls; also returns their offsets (m) from the measured plane."""
     if not facade.reliefs:
         return solid, {}
-    walls = find_walls(solid, facade, context.options)
-    if not covers_any(facade, walls) and (far := on_a_step(solid, facade, others, context.options)):
-        facade, walls = far
-        depth = facade.reliefs[0].depth
-        context.log.note(f"{facade.id}: stands on a step of {depth:.2f} m of the host's wall")
     if not walls:
         names = ", ".join(name for r in facade.reliefs for name in names_of(r))
         text = f"{facade.id}: no wall of the host lies where it was measured; left out: {names}"

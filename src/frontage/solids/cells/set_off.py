@@ -1,6 +1,7 @@
 """Puts a facade far from the host's wall onto a step of that wall: the model does not know every jetty."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -12,6 +13,7 @@ from frontage.geometry.ring import at_depth
 from frontage.model import Solid
 from frontage.model.masonry import MASONRY
 from frontage.solids.brep import GRID_PER_M
+from frontage.solids.coarse.tidy import buffered
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.walls import HostWall, find_walls
@@ -26,11 +28,14 @@ def on_a_step(
 
     Storeys that jut out, and those set back, are steps of the measured front, no errors of registration. The
     wall stays where `others` were measured on it: between the piers of an arcade that the model draws as a
-    wall, there are several steps. Returns None where no wall is that near, and for a model without depth.
+    wall, there are several steps; what is left below the feet of piers joins none of them.
+
+    Returns None where no wall is that near, and for a model without depth.
     """
     if not options.depth or options.max_offset >= MASONRY.arcade:
         return None
-    found = find_walls(solid, facade, options.model_copy(update={"max_offset": MASONRY.arcade}))
+    near = find_walls(solid, facade, options.model_copy(update={"max_offset": MASONRY.arcade}))
+    found = [wall for wall in near if abs(depth_of(wall, facade)) > options.max_offset]
     regions = [region_on(facade, wall) for wall in found]
     best = int(np.argmax([r.area for r in regions])) if regions else -1
     if best < 0 or regions[best].area == 0.0:
@@ -39,6 +44,7 @@ def on_a_step(
     depth = depth_of(wall, facade)
     if depth > 0.0:
         region = region.difference(shapely.union_all([_outline_on(facade, o, wall, options) for o in others]))
+        region = buffered(buffered(region, -MASONRY.threshold / 2.0), MASONRY.threshold / 2.0)
     steps = _steps(facade, region, depth)
     return (
         (FacadeReliefs(facade.id, facade.local_from_facade, facade.outline, steps), (wall,))
@@ -47,9 +53,21 @@ def on_a_step(
     )
 
 
-def covers_any(facade: FacadeReliefs, walls: Sequence[HostWall]) -> bool:
-    """Decides whether any of the walls lies within the facade's outline, and not only beside it."""
-    return any(region_on(facade, wall).area > 0.0 for wall in walls)
+def on_and_off(facade: FacadeReliefs, walls: Sequence[HostWall]) -> tuple[FacadeReliefs, FacadeReliefs]:
+    """Returns a facade with the reliefs that some walls have a place for, and one with the others.
+
+    The others lie within the outline of the facade, but on none of the walls. Reliefs with a broken outline
+    count to the first ones.
+    """
+    covered = shapely.union_all([region_on(facade, wall) for wall in walls])
+    bare = shapely.make_valid(Polygon(facade.outline)).difference(covered)
+    off = {
+        r.id
+        for r in facade.reliefs
+        if np.isfinite(r.ring).all() and bare.intersects(_area_of(r)) and not covered.intersects(_area_of(r))
+    }
+    parts = [tuple(r for r in facade.reliefs if (r.id in off) is is_off) for is_off in (False, True)]
+    return replace(facade, reliefs=parts[0]), replace(facade, reliefs=parts[1])
 
 
 def depth_of(wall: HostWall, facade: FacadeReliefs) -> float:
@@ -69,14 +87,18 @@ def _steps(facade: FacadeReliefs, region: BaseGeometry, depth: float) -> tuple[R
         return ()
     own: list[list[Relief]] = [[] for _ in parts]
     for relief in facade.reliefs:
-        ring = shapely.make_valid(Polygon(relief.ring))
-        own[int(np.argmax([p.intersection(ring).area for p in parts]))].append(relief)
+        own[int(np.argmax([p.intersection(_area_of(relief)).area for p in parts]))].append(relief)
     held = [(p, tuple(r)) for p, r in zip(parts, own, strict=True) if r]
     names = [f"{facade.id}/step", *(f"{facade.id}/step-{k}" for k in range(2, len(held) + 1))]
     return tuple(
         Relief(name, np.asarray(p.exterior.coords)[:-1], depth, "WallSurface", reliefs)
         for name, (p, reliefs) in zip(names, held, strict=True)
     )
+
+
+def _area_of(relief: Relief) -> BaseGeometry:
+    """Returns what a relief covers in its facade's plane."""
+    return shapely.make_valid(Polygon(relief.ring))
 
 
 def _outline_on(

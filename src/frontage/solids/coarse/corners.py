@@ -9,6 +9,7 @@ from frontage.solids.coarse.plan_facade import PlanFacade, cross2d
 
 PARALLEL_SINE = 0.17  # 10 degrees: planes closer to parallel than this have no corner, but a step
 REACH_M = 3.0  # largest change of a facade's length at a corner: what a car or a tree hides
+OVERSHOOT_M = 0.75  # by which a facade is measured too long: cornices, downpipes and the neighbour's plaster
 _REACH_SHARE = 0.45  # the same as a share of its length; a missing face of a polygon is further away
 _FLUSH_M = 0.05  # facades whose planes are closer than this belong to one wall
 
@@ -43,8 +44,10 @@ def _corner(one: PlanFacade, other: PlanFacade, depth: float) -> tuple[float, Fl
     if abs(cross2d(one.along, other.along)) > PARALLEL_SINE:
         sides = np.array([one.inward @ a, other.inward @ b])
         corner = np.linalg.solve(np.array([one.inward, other.inward]), sides)
-        away = [float(np.linalg.norm(p - corner)) for p in (a, b)]
-        return None if away[0] > reach[0] or away[1] > reach[1] else (sum(away), corner, corner)
+        grown = float((corner - a) @ one.along), float((b - corner) @ other.along)
+        if any(not -OVERSHOOT_M < by <= most for by, most in zip(grown, reach, strict=True)):
+            return None
+        return abs(grown[0]) + abs(grown[1]), corner, corner
     gap, step = float((b - a) @ one.along), float((b - a) @ one.inward)
     if one.inward @ other.inward < 0 or abs(gap) > min(reach) or abs(step) > depth:
         return None

@@ -9,17 +9,17 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
-from shapely.geometry import MultiPoint, Polygon
+from shapely.geometry import LineString, MultiPoint, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
-from frontage.solids.coarse.corners import PARALLEL_SINE, REACH_M, move_ends_to_corners
+from frontage.solids.coarse.corners import OVERSHOOT_M, PARALLEL_SINE, REACH_M, move_ends_to_corners
 from frontage.solids.coarse.plan_facade import PlanFacade, cross2d
 from frontage.solids.coarse.tidy import SLIT_M, tidy_footprints
 
 _FRONT_OF_M = 0.3  # in convex position, a facade may stand this far in front of the plane of another one
 _ALL_ROUND = np.radians(170.0)  # largest angle between neighbouring directions of facades on all sides
-_INNER_SHARE = 0.75  # points at a quarter of a facade's length: its ends may overshoot the corner
+_OVER_SHARE = 0.25  # of a facade's length is measured too long at most
 _SIMILAR_COSINE = 0.5  # facades that differ by less than 60 degrees do not cut off each other's strips
 _FILLED_COSINE = -0.45  # inner corners are filled unless the two facades look towards each other
 _UNBOUNDED_M = 1e4
@@ -89,8 +89,11 @@ def _largest_ring(facades: Sequence[PlanFacade], follows: dict[int, int]) -> tup
 
 
 def _in_convex_position(facades: Sequence[PlanFacade]) -> bool:
-    """Decides whether every facade lies behind the planes of all others."""
-    inner = np.concatenate([_INNER_SHARE * f.ends + (1 - _INNER_SHARE) * f.ends[::-1] for f in facades])
+    """Decides whether every facade lies behind the planes of all others, its ends excepted."""
+    over = [min(OVERSHOOT_M, _OVER_SHARE * f.length) for f in facades]
+    inner = np.concatenate(
+        [f.ends + o * np.array([f.along, -f.along]) for f, o in zip(facades, over, strict=True)]
+    )
     return all((f.depth_of(inner) > -_FRONT_OF_M).all() for f in facades)
 
 
@@ -118,11 +121,10 @@ def _open_convex(facades: Sequence[PlanFacade], ends: Float, depth: float) -> Ba
 
 
 def _strips(facades: Sequence[PlanFacade], follows: dict[int, int], depth: float) -> BaseGeometry:
-    """Returns a strip behind every facade, without what lies in front of facades that look another way."""
+    """Returns strips behind all facades and inner corners, without the open space before other facades."""
     parts: list[BaseGeometry] = []
     for facade in facades:
-        in_front = [f.own_strip(-depth) for f in facades if f.inward @ facade.inward < _SIMILAR_COSINE]
-        strip = facade.own_strip(depth).difference(shapely.union_all(in_front))
+        strip = _closed(facade.own_strip(depth), [facade], facades, depth)
         for other in facade.corner_neighbours:
             strip = strip.intersection(other.strip(-_UNBOUNDED_M, _UNBOUNDED_M, _UNBOUNDED_M))
         parts.append(strip)
@@ -130,8 +132,32 @@ def _strips(facades: Sequence[PlanFacade], follows: dict[int, int], depth: float
         one, other = facades[i], facades[j]
         cosine = float(one.inward @ other.inward)
         if cross2d(one.along, other.along) < -PARALLEL_SINE and cosine > _FILLED_COSINE:
-            parts.append(_inner_corner(one, other, depth, cosine))
+            parts.append(_closed(_inner_corner(one, other, depth, cosine), [one, other], facades, depth))
     return shapely.union_all(parts)
+
+
+def _closed(
+    area: BaseGeometry, own: Sequence[PlanFacade], facades: Sequence[PlanFacade], depth: float
+) -> BaseGeometry:
+    """Returns the area behind some facades without what lies before facades that look another way.
+
+    That is all the space before a facade if all of `own` stand behind its plane. Otherwise, it is `depth` m
+    of open space, and none where one of `own` stands in it, because the space ends there.
+    """
+    for other in facades:
+        if any(f.inward @ other.inward >= _SIMILAR_COSINE or _stands_before(f, other, depth) for f in own):
+            continue
+        behind = all((other.depth_of(f.ends) > -_FRONT_OF_M).all() for f in own)
+        reach = _UNBOUNDED_M if behind else 0.0
+        area = area.difference(other.strip(-reach, other.length + reach, -(reach or depth)))
+    return area
+
+
+def _stands_before(facade: PlanFacade, other: PlanFacade, depth: float) -> bool:
+    """Decides whether more of a facade than its end stands in the space before another one."""
+    before = other.strip(-OVERSHOOT_M, other.length + OVERSHOOT_M, -depth)
+    inside = LineString(facade.ends).intersection(before)
+    return bool(inside.length > OVERSHOOT_M)
 
 
 def _inner_corner(one: PlanFacade, other: PlanFacade, depth: float, cosine: float) -> BaseGeometry:
