@@ -62,7 +62,7 @@ def _opened(outer: FacadeCandidate, inner: FacadeCandidate, scene: FacadeScene) 
     if gap.any():
         wide = ndimage.binary_opening(~gates.open, np.ones(round(MASONRY.room_width / cells.cell), np.bool_))
         beside = span & ~wide & (rows[:, None] < np.median(ceiling[hall]))
-        piers = _relief(outer, MASONRY.step_out)
+        piers = _relief(outer, MASONRY.step_out + outer.wall.threshold)
         gap |= beside & ~ndimage.binary_closing(piers, np.ones((3, 3), np.bool_))
     return replace(outer, cells=replace(cells, whole=cells.whole & ~gap, shut=cells.shut & ~gap))
 

@@ -56,14 +56,6 @@ def is_side(front: FacadeCandidate, wall: FacadeCandidate) -> bool:
     return bool(abs(behind[corner]) < MASONRY.half_brick and behind[1 - corner] > 0.0)
 
 
-def begins_behind(front: FacadeCandidate, wall: FacadeCandidate) -> bool:
-    """Returns whether a wall begins close behind a front and leads away from it."""
-    (start, _, normal), (ends, _, _) = _span(front), _span(wall)
-    y = np.sort((ends - start[0]) @ normal)
-    leads = y[1] - y[0] > _LEAST_SINE * float(np.linalg.norm(ends[1] - ends[0]))
-    return bool(abs(y[0]) < _APART_M and leads)
-
-
 def _settled(candidate: FacadeCandidate, sign: float, log_odds: float) -> FacadeCandidate:
     """Returns a candidate turned where `sign` is negative, with the odds of its street side."""
     if candidate.side.told_by == "rays":

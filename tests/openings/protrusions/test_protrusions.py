@@ -188,6 +188,16 @@ def test_without_rays_the_oriel_is_still_there():
     assert box_of(found[0]) == pytest.approx((3.0, 3.5, 5.1, 6.6), abs=0.04)
 
 
+def test_a_bay_shows_one_cheek_where_the_scanner_stood_on_one_side_of_it():
+    facade, scan = scanned(oriel(3.0, 5.1, 0.0, 6.6, -1.0, WINDOW, 0.12), rays=False)
+    x, y, z = scan.xyz.T
+    hidden = (x > 4.95) | (z > 6.5) | (z < 0.9)  # by the bay itself, and by a car
+    seen = np.flatnonzero(~(hidden & (y > -0.97) & (y < -0.03)))
+    facade = replace(facade, support=np.arange(len(seen)), inliers=np.arange(len(seen)))
+    (found,) = [p for p in protrusions(facade, scan.take(seen), ground=0.0) if p.kind == "bay"]
+    assert found.front.value == pytest.approx(-1.0, abs=0.01)
+
+
 def test_a_part_set_back_is_a_wall_of_its_own():
     back = [box(0, 5.5, 0, 0.8, 0, 9), box(5.5, 8, 0.6, 0.8, 0, 9)]
     found = protrusions(*scanned(wall=back, layers=(0.0, 0.6)), ground=0.0)

@@ -34,7 +34,7 @@ def is_attached(p: Float, box: Box, y: float, ground: float) -> bool:
     """Returns whether the points (n, 3) m of a box with its front at y m come near the wall around it.
 
     Cars, people, lamps and trees stand free of the wall. What stands on the ground (z m) must touch the wall
-    along more of its outline.
+    along more of its outline, or along most of one side: the other cheek of a bay may be hidden.
     """
     if -y <= _TOUCH:
         return True
@@ -44,4 +44,4 @@ def is_attached(p: Float, box: Box, y: float, ground: float) -> bool:
     upright = [occupied(p[np.abs(p[:, 0] - x) < rim, 2], step) for x in (x0, x1)]
     level = [occupied(p[np.abs(p[:, 2] - z) < rim, 0], step) for z in ([z1] if stands else [z0, z1])]
     share = sum(upright + level) * step / (2.0 * (z1 - z0) + len(level) * (x1 - x0))
-    return share >= (_FREE if stands else _CONTACT)
+    return share >= (_FREE if stands else _CONTACT) or max(upright) * step >= _SIDE * (z1 - z0)
