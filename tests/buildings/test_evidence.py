@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+from frontage.buildings.options import BuildingOptions
 from frontage.buildings.split import verdict
 from frontage.buildings.split.channels import channels
 from frontage.buildings.split.evidence import SplitEvidence
+from frontage.buildings.split.find import find_cuts
 from frontage.buildings.split.verdict import Verdict, judge_cut
+from frontage.geometry.arrays import Float
 
 _N, _LOW, _HIGH = 80, 10.0, 12.0  # bins; m, eaves left and right of bin 40
 
@@ -103,3 +106,30 @@ def test_two_weak_cues_do_not_cut(sigmas: float, convincing: bool, monkeypatch: 
     told = ({"rhythm": sigmas, "surface": sigmas}, False)
     monkeypatch.setattr(verdict, "compare_sides", lambda *_: told)
     assert _verdict(empty=True).convincing == convincing
+
+
+def _profile(top: Float, offset: Float, bright: Float) -> FrontProfile:
+    """Returns a front of one colour, with the eaves, the place and the log intensity of every bin (n,)."""
+    n, rows = len(top), round(_HIGH / BIN_M)
+    wall, above = np.ones((n, rows)), np.where(BIN_M * np.arange(rows) > top[:, None], np.nan, 0.0)
+    rough, colour = np.full(n, np.nan), np.full((n, 6), 50.0)
+    return FrontProfile(0.0, offset, top, rough, colour, bright, wall, above, 0.0, np.full(n, 100.0))
+
+
+@pytest.mark.parametrize(("back", "is_cue"), [(5.0, False), (0.1, True)])
+def test_intensity_that_falls_with_the_distance_is_no_other_paint(back: float, is_cue: bool) -> None:
+    """What lies 15 m away returns half of what the wing before it does, which lies 10 m away."""
+    right = np.arange(_N) >= _N // 2
+    profile = _profile(np.full(_N, _LOW), np.where(right, -back, 0.0), np.where(right, -0.7, 0.0))
+    signal, kinds = channels(profile)
+    evidence = SplitEvidence(profile, signal, kinds, np.full_like(signal, 0.05), [], 0.25)
+    assert ("surface" in judge_cut(evidence, [_N // 2], 0).cues) is is_cue
+
+
+def test_an_avant_corps_is_no_neighbour_though_a_tree_hides_one_of_its_eaves() -> None:
+    place = np.arange(120)
+    middle = (place >= 44) & (place < 72)
+    top, bright = np.where(middle, _HIGH, _LOW), np.where(middle, 0.5, 0.0)  # seen by another scanner
+    top[66:74] = np.nan
+    profile = _profile(top, np.where(middle, 0.4, 0.0), bright)
+    assert not find_cuts(profile, BuildingOptions(), np.zeros(len(top), np.bool_))

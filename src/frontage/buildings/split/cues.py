@@ -31,6 +31,7 @@ _ALONE = 5.0  # standard errors from which it needs no other: as much as a sure 
 _HINT = 3.0  # standard errors from which a cue confirms another
 _LOW_STEP = 0.5  # share of a conclusive eaves step that confirms another cue
 _STEEP = 0.02  # share of a wall's height; seen steeply, a cornice's depth moves the top that it shows
+_DISTANCE_M = 10.0  # from which a front is scanned across a street (assumed)
 _FEWEST_BINS = 4  # measured on each side of a step
 _RHYTHM_BINS = 12  # bins of each side from which its openings show a rhythm
 _RHYTHM_ROWS = 8  # height bins, from which they do
@@ -58,7 +59,7 @@ def compare_sides(
     alone, tall = False, profile.rows.shape[1] * BIN_M
     for k, kind in enumerate(evidence.kinds):
         step, t = difference(evidence, k, left, right, spread[k])
-        least = max(STEP[kind], _STEEP * tall) if kind == "eaves" else STEP[kind]
+        least = max(STEP[kind], _STEEP * tall) if kind == "eaves" else least_step(evidence, k, left, right)
         if t > SURE and abs(step) > least:
             alone |= kind == "eaves" and not common and t > _ALONE
         elif kind == "eaves":
@@ -76,6 +77,19 @@ def compare_sides(
         wings = _OF_WINGS if painted else (*_OF_WINGS, "rhythm")
         cues = {name: t for name, t in cues.items() if name not in wings}
     return cues, alone
+
+
+def least_step(evidence: SplitEvidence, k: int, left: BinRange, right: BinRange) -> float:
+    """Returns the least step of channel k that may part two sides.
+
+    Intensity falls with the square of the distance: where one side stands further back, that much is no sign
+    of another paint.
+    """
+    kind = evidence.kinds[k]
+    if kind != "bright":
+        return STEP[kind]
+    back, _ = difference(evidence, evidence.kinds.index("offset"), left, right, np.nan)
+    return STEP[kind] + 2.0 * abs(back) / _DISTANCE_M
 
 
 def cue_of(kind: str) -> str:

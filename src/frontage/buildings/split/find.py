@@ -97,7 +97,10 @@ def _with_gaps(gaps: list[BinRange], cuts: Int, width: int) -> Int:
 
 
 def _prune(evidence: SplitEvidence, cuts: Int, walls: Float, snap: float, width: int) -> list[Cut]:
-    """Removes the weakest unconvincing cut until all convince, then the sides of avant-corps.
+    """Removes the sides of avant-corps and the weakest unconvincing cut until all convince.
+
+    An avant-corps is looked for while one of its sides convinces: the other may be hidden, and without it the
+    step of the eaves parts a house.
 
     The remaining pieces grow meanwhile, and all cuts are judged anew. Cuts within `snap` m of a mapped party
     wall (`walls` (c,) m) stay.
@@ -107,15 +110,15 @@ def _prune(evidence: SplitEvidence, cuts: Int, walls: Float, snap: float, width:
         verdicts = [judge_cut(evidence, kept, i) for i in range(len(kept))]
         place = [evidence.profile.lo + c * BIN_M for c in kept]
         mapped = [bool(len(walls)) and bool(np.abs(walls - s).min() <= snap) for s in place]
-        weak = [(v.odds, i) for i, v in enumerate(verdicts) if not (v.convincing or mapped[i])]
-        if weak:
-            kept.pop(min(weak)[1])
-            continue
         fixed = [m or "gap" in v.cues for m, v in zip(mapped, verdicts, strict=True)]
-        i = find_avant_corps(evidence, kept, fixed)
-        if i is None:
+        i = find_avant_corps(evidence, kept, fixed, [v.convincing for v in verdicts])
+        if i is not None:
+            del kept[i : i + 2]
+            continue
+        weak = [(v.odds, i) for i, v in enumerate(verdicts) if not (v.convincing or mapped[i])]
+        if not weak:
             return _settled(evidence, kept, verdicts)
-        del kept[i : i + 2]
+        kept.pop(min(weak)[1])
 
 
 def _settled(evidence: SplitEvidence, kept: list[int], verdicts: list[Verdict]) -> list[Cut]:
