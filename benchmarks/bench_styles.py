@@ -1,12 +1,14 @@
 """Openings of fronts in twenty styles, drawn at random: ours and the paper's method.
 
-    python benchmarks/bench_styles.py [--draw 1] [--only arcade shops] [--spacing 0.02 0.04] [--scenes FOLDER]
+    python benchmarks/bench_styles.py [--draw 1] [--only arcade shops] [--spacing 0.02 0.04] [--bare]
+                                      [--scenes FOLDER]
 
 Each style is drawn from the seed `--draw`, so that fronts that nobody has seen are always at hand. Two
 stations scan it behind cars, a tree and people, and the scans go through the whole chain with an LoD2 model
-that is 15 cm off per axis and shows neither columns nor ornaments. Openings of which a station saw at least
-half are asked for. `not in the solid` counts openings with a confidence of 0.5 or more that the LoD3 model
-lacks. Intervals: 95 %, bootstrap over facades.
+that is 15 cm off per axis and shows neither columns nor ornaments, or, `--bare`, as one cloud without sensor
+positions and without a model. Openings of which a station saw at least half are asked for. `not in the
+solid` counts openings with a confidence of 0.5 or more that the LoD3 model lacks. Intervals: 95 %, bootstrap
+over facades.
 """
 
 import argparse
