@@ -99,15 +99,17 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None, scale: float
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster) if inside is None else inside
     due = _expected_by_zone(beams, raster)
-    expected = due * _unhidden(beams, raster, solid + open_, due)
-    expected = np.where(_unwatched(solid, open_, expected, inside, raster.cell), 0.0, expected)
+    back = solid + open_
+    expected = due * _unhidden(beams, raster, back, due)
+    shut = back if beams.rays else solid  # a front of glass that returns a few beams tells nothing
+    expected = np.where(_unwatched(back, shut, expected, inside, raster.cell), 0.0, expected)
     through = _THROUGH * open_
     if not beams.rays:
         missing = averaged(solid) < np.maximum(0.3 * expected, 1e-9)
         # where more points lie behind the wall than it would return, rooms were scanned from inside
         through = _BEHIND * open_ / np.maximum(local_rate(open_, due, _ROOM / raster.cell), 1.0) * missing
     llr = np.where(inside, log_likelihood_ratio(expected, solid, through), 0.0)
-    seen = solid + open_ > 0
+    seen = back > 0
     deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
     return Evidence(raster, llr, solid, open_, deep, expected, due, seen, inside, beams.rays)
 
@@ -163,23 +165,23 @@ def _inside(facade: Facade, raster: WallRaster) -> Bool:
     return np.asarray(shapely.contains_xy(polygon, gx.ravel(), gz.ravel())).reshape(h, w)
 
 
-def _unwatched(solid: Float, open_: Float, expected: Float, inside: Bool, cell: float) -> Bool:
+def _unwatched(seen: Float, shut: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening.
 
     Ribbon windows are longer than other openings, but there is wall above, below, and on one side at least.
     The empty area of a gate may continue in that of a car that hides the foot of the wall. The gate is the
-    part that is a rectangle with wall above it and on both sides, whatever is seen through it: a mullion
-    parts what returns nothing.
+    part that is a rectangle with wall above it and on both sides, where hardly any beams are `shut` (h, w):
+    a mullion behind the wall parts what returns nothing.
     """
-    out = np.zeros(solid.shape, np.bool_)
-    rate, largest = local_rate(solid + open_, expected, _BLUR / cell), int(LARGEST / cell)
+    out = np.zeros(seen.shape, np.bool_)
+    rate, largest = local_rate(seen, expected, _BLUR / cell), int(LARGEST / cell)
     labels, _ = ndimage.label(inside & (rate < _EMPTY))
     places = enumerate(ndimage.find_objects(labels), 1)
     large = [(number, place) for number, place in places if max(p.stop - p.start for p in place) > largest]
     if not large:
         return out
     ribbon, gate = _between_walls(inside & (rate >= WALL), inside, largest)
-    bare = inside & (local_rate(solid, expected, _BLUR / cell) < _EMPTY)
+    bare = inside & (local_rate(shut, expected, _BLUR / cell) < _EMPTY)
     for number, place in large:
         own = labels[place] == number
         if ribbon[place][own].mean() < 1.0 - BARS:
