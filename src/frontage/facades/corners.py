@@ -15,9 +15,11 @@ from frontage.geometry.arrays import Float
 from frontage.model.masonry import MASONRY
 
 _CORNER = 2.0  # log odds of a corner: 7 to 1, because rooms are scanned too
-_APART_M = 0.75  # m in plan between the ends of two walls that meet: cornices and downpipes hide the corner
 _LEAST_SINE = 0.5  # of the angle between them: 30 degrees
 _LEAST_SHARED = 0.5  # share of the lower wall's height that both have
+
+APART_M = 0.75
+"""Distance in plan between the ends of two walls that meet, m: cornices and downpipes hide the corner."""
 
 
 def with_sides_of_corners(candidates: list[FacadeCandidate]) -> list[FacadeCandidate]:
@@ -87,7 +89,7 @@ def _agreement(own: tuple[Float, Float, Float], other: tuple[Float, Float, Float
         return 0
     apart = np.linalg.norm(ends[:, None] - ends2[None], axis=2)
     i, k = np.unravel_index(int(apart.argmin()), apart.shape)
-    if apart[i, k] > _APART_M:
+    if apart[i, k] > APART_M:
         return 0
     behind = float((ends2[1 - k] - ends[i]) @ normal), float((ends[1 - i] - ends2[k]) @ normal2)
     return 1 if behind[0] * behind[1] > 0.0 else -1

@@ -38,7 +38,7 @@ def without_galleries(
 def _are_galleries(
     outer: FacadeCandidate, inner: FacadeCandidate, scene: FacadeScene, rng: np.random.Generator
 ) -> bool:
-    """Decides whether a front is bands before a larger wall, which is seen freely between them."""
+    """Decides whether a front consists of bands before a larger wall that is seen freely between them."""
     depth = float((inner.wall.point - outer.wall.point) @ outer.wall.normal)
     parallel = outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos
     if not (parallel and MASONRY.relief < depth < MASONRY.facade_reach):

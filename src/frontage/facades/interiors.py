@@ -9,7 +9,7 @@ from scipy import ndimage
 from frontage.facades.arcades import stands_in_arcade
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
-from frontage.facades.corners import is_side
+from frontage.facades.corners import APART_M, is_side
 from frontage.facades.galleries import without_galleries
 from frontage.facades.outline import at_or_below, largest_part, occupied, widest_gap
 from frontage.facades.plane.connected import RELIEF_M
@@ -26,7 +26,6 @@ _MOST_LINES = 500  # lines of sight per plausible sensor
 _ADJOINING_CELL_M = 0.5  # m, cells of the wall extended over its neighbours
 _COURT_DEPTH_M = 4.0  # m behind a front: nearer than this, no house and court fit between two walls
 _WHOLLY = 0.95  # share of a wall's points that lie behind the outline of a front that covers it
-_BEGINS_M = 0.75  # m behind a front: what stands before a wall of a room hides its corner
 _ROOM_DEPTH_M = 12.0  # m: how far behind a facade its rooms reach
 _AWAY_COS = 0.5  # cosine between outward normals, below minus which a wall faces away from another
 _TALL = 0.5  # share of a front's height that its far side has, at least; walls of rooms are one storey high
@@ -121,16 +120,18 @@ def _lies_where_rooms_are(covers: "_Covers", q: Float) -> bool:
 
 
 def _is_inner_face(outer: FacadeCandidate, inner: FacadeCandidate, q: Float, scene: FacadeScene) -> bool:
-    """Decides whether a wall with points q (n, 3) m, facade coordinates of a front, is seen from within only.
+    """Decides whether a wall behind a front is seen from within only.
 
-    It begins behind the front, which runs past it and hides it, and no open ground was measured there before
-    it: it is the side of a room or of an arcade, or the inner face of the house's own side.
+    q (n, 3) m are its points in the facade coordinates of the front. It begins behind the front, which runs
+    past it and hides it, and no open ground was measured there before it: it is the side of a room or of an
+    arcade, or the inner face of the house's own side.
     """
-    hidden = _with_gates(outer)
-    past = q + (inner.wall.normal @ outer.wall.axes) * -(MASONRY.half_brick + outer.cells.cell)
     near, far = np.quantile(q[:, 1], (1.0 - _WHOLLY, _WHOLLY))
-    begins_behind = abs(near) < _BEGINS_M and far - near > _BEGINS_M
-    if not begins_behind or hidden.within(past[:, 0], past[:, 2]).mean() < _WHOLLY:
+    if abs(near) >= APART_M or far - near <= APART_M:
+        return False
+    hidden = _with_gates(outer)
+    past = q - (inner.wall.normal @ outer.wall.axes) * (MASONRY.half_brick + outer.cells.cell)
+    if hidden.within(past[:, 0], past[:, 2]).mean() < _WHOLLY:
         return False
     around = outer.wall.coordinates(scene.around)
     behind = (around[:, 1] > RELIEF_M) & (around[:, 1] < _ROOM_DEPTH_M)

@@ -51,10 +51,14 @@ def _cut_facade(
     solid: Solid, facade: FacadeReliefs, others: Sequence[FacadeReliefs], context: BuildContext
 ) -> tuple[Solid, dict[str, float]]:
     """Cuts the reliefs of one facade; also returns their offsets (m) from the measured plane."""
+    if not facade.reliefs:
+        return solid, {}
     walls = find_walls(solid, facade, context.options)
     on, off = on_and_off(facade, walls)
     solid, offsets = _cut_reliefs(solid, on, walls, context)
-    if off.reliefs and (far := on_a_step(solid, off, others, context.options)):
+    if not off.reliefs:
+        return solid, offsets
+    if far := on_a_step(solid, off, others, context.options):
         off, walls = far
         context.log.note(f"{off.id}: stands on a step of {off.reliefs[0].depth:.2f} m of the host's wall")
     else:

@@ -57,7 +57,7 @@ def on_and_off(facade: FacadeReliefs, walls: Sequence[HostWall]) -> tuple[Facade
     """Returns a facade with the reliefs that some walls have a place for, and one with the others.
 
     The others lie within the outline of the facade, but on none of the walls. Reliefs with a broken outline
-    count to the first ones.
+    are among the first ones.
     """
     covered = shapely.union_all([region_on(facade, wall) for wall in walls])
     bare = shapely.make_valid(Polygon(facade.outline)).difference(covered)

@@ -19,7 +19,7 @@ from frontage.solids.coarse.tidy import SLIT_M, tidy_footprints
 
 _FRONT_OF_M = 0.3  # in convex position, a facade may stand this far in front of the plane of another one
 _ALL_ROUND = np.radians(170.0)  # largest angle between neighbouring directions of facades on all sides
-_OVER_SHARE = 0.25  # of a facade's length is measured too long at most
+_OVER_SHARE = 0.25  # share of its length by which a facade is measured too long at most
 _SIMILAR_COSINE = 0.5  # facades that differ by less than 60 degrees do not cut off each other's strips
 _FILLED_COSINE = -0.45  # inner corners are filled unless the two facades look towards each other
 _UNBOUNDED_M = 1e4
@@ -124,7 +124,7 @@ def _strips(facades: Sequence[PlanFacade], follows: dict[int, int], depth: float
     """Returns strips behind all facades and inner corners, without the open space before other facades."""
     parts: list[BaseGeometry] = []
     for facade in facades:
-        strip = _closed(facade.own_strip(depth), [facade], facades, depth)
+        strip = _without_open_space(facade.own_strip(depth), [facade], facades, depth)
         for other in facade.corner_neighbours:
             strip = strip.intersection(other.strip(-_UNBOUNDED_M, _UNBOUNDED_M, _UNBOUNDED_M))
         parts.append(strip)
@@ -132,14 +132,16 @@ def _strips(facades: Sequence[PlanFacade], follows: dict[int, int], depth: float
         one, other = facades[i], facades[j]
         cosine = float(one.inward @ other.inward)
         if cross2d(one.along, other.along) < -PARALLEL_SINE and cosine > _FILLED_COSINE:
-            parts.append(_closed(_inner_corner(one, other, depth, cosine), [one, other], facades, depth))
+            parts.append(
+                _without_open_space(_inner_corner(one, other, depth, cosine), [one, other], facades, depth)
+            )
     return shapely.union_all(parts)
 
 
-def _closed(
+def _without_open_space(
     area: BaseGeometry, own: Sequence[PlanFacade], facades: Sequence[PlanFacade], depth: float
 ) -> BaseGeometry:
-    """Returns the area behind some facades without what lies before facades that look another way.
+    """Returns an area behind some facades without the space before facades that look another way.
 
     That is all the space before a facade if all of `own` stand behind its plane. Otherwise, it is `depth` m
     of open space, and none where one of `own` stands in it, because the space ends there.
@@ -154,7 +156,7 @@ def _closed(
 
 
 def _stands_before(facade: PlanFacade, other: PlanFacade, depth: float) -> bool:
-    """Decides whether more of a facade than its end stands in the space before another one."""
+    """Decides whether a facade stands in the space before another one with more than its end."""
     before = other.strip(-OVERSHOOT_M, other.length + OVERSHOOT_M, -depth)
     inside = LineString(facade.ends).intersection(before)
     return bool(inside.length > OVERSHOOT_M)
