@@ -1,12 +1,13 @@
 """Buildings drawn from upright boxes, with windows and doors, as CityJSON of LoD3 and LoD2.
 
 Coordinates of a drawing, m: x to the right as seen from the street, y into the building, z up. The street
-lies at y < 0 and the ground at z = 0.
+lies at y < 0 and the ground at z = 0. A drawing may be bent along its front and lean when it is written.
 """
 
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -39,13 +40,20 @@ class Hole:
     kind: str
 
 
-@dataclass(frozen=True)
+@dataclass
 class Drawing:
-    """Boxes that are filled or emptied in turn; `body` are the boxes of its LoD2 model."""
+    """Boxes that are filled or emptied in turn; `body` are the boxes of its LoD2 model.
+
+    bends  places x m, from left to right, where the whole front turns, by degrees: away from the street where
+           they are positive; no opening crosses one
+    lean   m towards the street per m of height
+    """
 
     boxes: list[tuple[Box, bool]] = field(default_factory=list)
     body: list[tuple[Box, bool]] = field(default_factory=list)
     holes: list[Hole] = field(default_factory=list)
+    bends: list[tuple[float, float]] = field(default_factory=list)
+    lean: float = 0.0
 
     def house(self, x0: float, x1: float, y0: float, y1: float, z0: float, z1: float) -> None:
         """Add a box that the LoD2 model has as well."""
@@ -87,11 +95,20 @@ class Drawing:
 
     def write(self, path: Path, name: str) -> None:
         """Write the LoD3 model."""
-        _write(path, name, "3", list(_surfaces(self.boxes, self.holes)), np.zeros(3))
+        surfaces = _surfaces(self.boxes, self.holes, self.bends)
+        _write(path, name, "3", [(k, n, self._shaped(r)) for k, n, r in surfaces], np.zeros(3))
 
     def write_lod2(self, path: Path, name: str, rng: np.random.Generator) -> None:
         """Write the LoD2 model, shifted as a surveyed one is."""
-        _write(path, name, "2", list(_surfaces(self.body, [])), rng.normal(0.0, LOD2_M))
+        surfaces = _surfaces(self.body, [], self.bends)
+        shift = rng.normal(0.0, LOD2_M)
+        _write(path, name, "2", [(k, n, self._shaped(r)) for k, n, r in surfaces], shift)
+
+    def _shaped(self, rings: list[Float]) -> list[Float]:
+        """Return rings (k, 3) m as they lie in the building, which is bent and leans."""
+        ends = [float(f(box[a] for box, _ in self.boxes)) for f, a in ((min, 0), (max, 1))]
+        plan = np.array([(ends[0], 0.0), *self.bends, (ends[1], 0.0)])
+        return [_bent(ring, plan) for ring in (_leaning(ring, self.lean) for ring in rings)]
 
 
 def _outline(x0: float, x1: float, z0: float, z1: float, head: str) -> shapely.Polygon:
@@ -109,8 +126,35 @@ def _outline(x0: float, x1: float, z0: float, z1: float, head: str) -> shapely.P
     return shapely.Polygon([(x0, z0), (x1, z0), *(arc + np.array([middle, z1 - arc[:, 1].max()]))])
 
 
-def _surfaces(boxes: list[tuple[Box, bool]], holes: list[Hole]) -> Iterator[tuple[str, str, list[Float]]]:
-    """Yield the kind, name and rings (k, 3) m of all faces, each seen counter-clockwise from outside."""
+def _leaning(ring: Float, lean: float) -> Float:
+    """Return a ring (k, 3) m moved towards the street by `lean` m per m of height."""
+    return ring - np.outer(ring[:, 2] * lean, [0.0, 1.0, 0.0])
+
+
+def _bent(ring: Float, plan: Float) -> Float:
+    """Return a ring (k, 3) m of a straight drawing as it lies on a front that turns.
+
+    plan (n, 2): places x m and turns in degrees; those of the ends are zero. Lines of equal x become mitres.
+    """
+    x, turn = plan[:, 0], np.radians(plan[:, 1])
+    heading = np.cumsum(turn)
+    step = np.diff(x)[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])[:-1]
+    corner = np.cumsum(np.concatenate([[[x[0], 0.0]], step]), axis=0)
+    middle = heading - turn / 2.0
+    mitre = np.column_stack([-np.sin(middle), np.cos(middle)]) / np.cos(turn / 2.0)[:, None]
+    k = np.clip(np.searchsorted(x, ring[:, 0] + 1e-9, side="right") - 1, 0, len(x) - 2)
+    t, y = ((ring[:, 0] - x[k]) / (x[k + 1] - x[k]))[:, None], ring[:, 1:2]
+    at = (1.0 - t) * (corner[k] + y * mitre[k]) + t * (corner[k + 1] + y * mitre[k + 1])
+    return np.column_stack([at, ring[:, 2]])
+
+
+def _surfaces(
+    boxes: list[tuple[Box, bool]], holes: list[Hole], bends: list[tuple[float, float]]
+) -> Iterator[tuple[str, str, list[Float]]]:
+    """Yield the kind, name and rings (k, 3) m of all faces, each seen counter-clockwise from outside.
+
+    They are parted at the bends, so that they stay plane.
+    """
     edges = [np.unique(np.round([b[2 * a : 2 * a + 2] for b, _ in boxes], 4)) for a in range(3)]
     filled = np.zeros([len(e) - 1 for e in edges], np.bool_)
     for box, is_filled in boxes:
@@ -122,11 +166,20 @@ def _surfaces(boxes: list[tuple[Box, bool]], holes: list[Hole]) -> Iterator[tupl
                 own = [h for h in holes if (h.axis, h.sign) == (axis, sign) and abs(h.place - place) < 1e-3]
                 wall = area.difference(shapely.union_all([h.outline for h in own]))
                 kind = _kind(axis, sign, place)
-                for number, part in enumerate(shapely.get_parts(wall)):
+                parts = [p for strip in _parted(wall, axis, bends) for p in shapely.get_parts(strip)]
+                for number, part in enumerate(p for p in parts if p.area > 0.0):
                     yield kind, f"{kind}{axis}{sign}{place:.3f}-{number}", _rings(part, axis, sign, place)
     for number, hole in enumerate(holes):
         leaf = hole.place - hole.sign * hole.depth
         yield hole.kind, f"opening{number}", _rings(hole.outline, hole.axis, hole.sign, leaf)
+
+
+def _parted(area: shapely.Geometry, axis: int, bends: list[tuple[float, float]]) -> list[shapely.Geometry]:
+    """Return the parts of a face across an axis between the bends."""
+    if axis == 0 or not bends:
+        return [area]
+    ends = [-1e4, *(x for x, _ in bends), 1e4]
+    return [area.intersection(shapely.box(a, -1e4, b, 1e4)) for a, b in pairwise(ends)]
 
 
 def _areas(

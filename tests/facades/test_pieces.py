@@ -15,11 +15,21 @@ CELL = 0.1
 
 def _candidate(y: float, wall: np.ndarray) -> FacadeCandidate:
     """Returns a candidate in the plane y m, with `wall` (h, w) in an outline over all cells."""
-    plane = WallPlane(
-        np.array([0.0, 1.0, 0.0]), np.array([0.0, y, 0.0]), 0.005, 0.015, np.eye(3), np.arange(3), 100.0
-    )
-    cells = CellMap((0.0, 0.0), CELL, wall, np.ones_like(wall), wall)
-    slab = Slab.__new__(Slab)  # `without_overlaps` looks at planes and cells only
+    z, x = CELL * (np.argwhere(wall) + 0.5).T
+    return _candidate_of(np.column_stack([x, np.full(len(x), y), z]), 0.0, y, wall.shape)
+
+
+def _candidate_of(xyz: np.ndarray, turn: float, y: float, shape: tuple[int, int]) -> FacadeCandidate:
+    """Returns a candidate with an outline over all cells of `shape`, and wall where points lie on its plane.
+
+    The plane passes through (0, y, 0) m and is turned by `turn` rad about the vertical.
+    """
+    normal, point = np.array([-np.sin(turn), np.cos(turn), 0.0]), np.array([0.0, y, 0.0])
+    plane = WallPlane(normal, point, 0.005, 0.015, np.eye(3), np.arange(3), 100.0)
+    slab = Slab(np.arange(len(xyz)), (xyz - point) @ plane.axes, plane.axes, point)
+    cells = CellMap((0.0, 0.0), CELL, *np.ones((3, *shape), np.bool_))
+    wall = cells.marked(*slab.q[np.abs(slab.q[:, 1]) < plane.threshold][:, ::2].T)
+    cells = CellMap((0.0, 0.0), CELL, wall, cells.whole, wall)
     return FacadeCandidate(plane, cells, slab, StreetSide.__new__(StreetSide))
 
 
@@ -52,6 +62,24 @@ def test_the_middle_of_a_colonnade_goes_to_the_wall_under_it_and_not_to_the_pavi
     first, second = without_overlaps([_candidate(0.0, pavilion), _candidate(0.4, middle)])
     assert not first.cells.whole[:, 70:].any()
     assert second.cells.whole[:, 70:].all()
+
+
+def test_a_front_that_bends_is_divided_at_a_pier_and_not_through_its_windows() -> None:
+    turn, bay, rng = np.radians(5.0), 3.0, np.random.default_rng(3)
+    x, z = rng.uniform(0.0, 3 * bay, 200_000), rng.uniform(0.0, 6.0, 200_000)
+    is_wall = (np.abs(x % bay - bay / 2) > 0.6) | (np.abs(z % 3.0 - 1.5) > 0.8)
+    x, z = x[is_wall], z[is_wall]
+    # three flat bays: the first lies on the first plane, the last on the second one, the middle on neither
+    step = np.clip(x[:, None] - bay * np.arange(3), 0.0, bay)
+    heading = turn * np.arange(3)
+    xyz = np.column_stack([step @ np.cos(heading), step @ np.sin(heading), z])
+    first = _candidate_of(xyz, 0.0, 0.0, (60, 90))
+    corner = bay * np.array([1 + np.cos(turn), np.sin(turn)])
+    second = _candidate_of(xyz, 2 * turn, corner[1] - corner[0] * np.tan(2 * turn), (60, 90))
+    first, second = without_overlaps([first, second])
+    end = CELL * np.flatnonzero(first.cells.whole.any(0))[-1]
+    assert min(abs(end - bay), abs(end - corner[0])) < 0.4
+    assert not (first.cells.whole & second.cells.whole)[:, :60].any()
 
 
 def test_the_spacing_of_a_wall_that_is_scanned_unevenly_does_not_depend_on_the_draw() -> None:

@@ -9,11 +9,13 @@ from scipy import ndimage
 
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
-from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY, TOLERANCES
 
 _AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner of a place: half a window
 _BESIDE = 0.16  # share of wall around a place one sigma away from a straight edge of it
+_WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
+_SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
@@ -50,7 +52,10 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     second one, goes back to the second one.
     """
     shared, there = _shared(b, a)
-    second = _kept(b.cells, shared & _is_first(_share(a.cells).ravel()[there], _share(b.cells), shared))
+    lost = _beyond_seam(b, shared, shared & a.cells.wall.ravel()[there])
+    if lost is None:
+        lost = shared & _is_first(_share(a.cells).ravel()[there], _share(b.cells), shared)
+    second = _kept(b.cells, lost)
     if second is None:
         return a, b
     own = replace(b, cells=second)
@@ -78,6 +83,44 @@ def _share(cells: CellMap) -> Float:
     """Returns the share (h, w) of wall around every cell."""
     wide = _AROUND_M / cells.cell
     return np.asarray(ndimage.gaussian_filter(cells.wall.astype(np.float64), wide, mode="constant"))
+
+
+def _beyond_seam(own: FacadeCandidate, shared: Bool, other: Bool) -> Bool | None:
+    """Returns the shared cells (h, w) beyond an upright seam of two walls side by side, or None.
+
+    On each side of a seam hardly any wall lies on the plane of the other side. Where a front bends, a part of
+    it lies on neither plane: there the seam runs through a pier, so that it cuts no opening.
+
+    shared  (h, w) cells of both outlines; `other` (h, w) those of them with wall on the other's plane
+    """
+    columns = np.flatnonzero(shared.any(0))
+    if not len(columns):
+        return None
+    part = slice(columns[0], columns[-1] + 1)
+    ours, theirs = (np.cumsum(np.r_[0, m[:, part].sum(0)]) for m in (own.cells.wall & shared, other))
+    # wall that lies on the wrong side of a seam before each column, with the other wall to its left or right
+    wrong = np.stack([ours + theirs[-1] - theirs, theirs + ours[-1] - ours])
+    side = int(wrong.min(1).argmin())
+    least = wrong[side].min()
+    if least > _WRONG * min(ours[-1], theirs[-1]):
+        return None
+    can_be = np.flatnonzero(wrong[side] - least <= _SLACK * shared.any(1).sum())
+    seam = columns[0] + can_be[_upright_share(own)[columns[0] + can_be].argmax()]
+    is_left = np.arange(shared.shape[1]) < seam
+    return np.asarray(shared & (is_left if side == 0 else ~is_left), np.bool_)
+
+
+def _upright_share(own: FacadeCandidate) -> Float:
+    """Returns how much of the height (w,) of every column and its surroundings is wall at one depth."""
+    cells, q = own.cells, own.slab.q
+    flat = cells.flat(q[:, 0], q[:, 2])
+    near = np.flatnonzero((np.abs(q[:, 1]) < MASONRY.facade_reach) & cells.whole.ravel()[flat])
+    layer = np.floor((q[near, 1] + MASONRY.facade_reach) / MASONRY.panel).astype(np.int64)
+    number, width = layer.max(initial=0) + 1, cells.whole.shape[1]
+    shown = distinct(flat[near] * number + layer)
+    held = np.bincount(shown // number % width * number + shown % number, minlength=width * number)
+    share = held.reshape(width, number).max(1) / np.maximum(cells.whole.sum(0), 1)
+    return np.asarray(ndimage.gaussian_filter1d(share, MASONRY.half_brick / cells.cell))
 
 
 def _is_first(first: Float, second: Float, shared: Bool) -> Bool:
