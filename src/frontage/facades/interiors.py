@@ -13,6 +13,7 @@ from frontage.facades.corners import APART_M, is_side
 from frontage.facades.galleries import without_galleries
 from frontage.facades.outline import at_or_below, largest_part, occupied, widest_gap
 from frontage.facades.plane.connected import RELIEF_M
+from frontage.facades.roomfaces import without_room_faces
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import SEEN_THROUGH, StripBefore, crossings, share_through, strip_before
 from frontage.geometry.arrays import Bool, Float, Int
@@ -39,7 +40,8 @@ def drop_interiors(
 ) -> list[FacadeCandidate]:
     """Removes walls most of whose points lie behind a larger facade and were seen through its openings.
 
-    The fronts of galleries before a larger wall are removed first: they are layers of that wall.
+    The fronts of galleries before a larger wall are removed first: they are layers of that wall. So are walls
+    of rooms that were scanned from within.
 
     With rays this is measured: lines of sight cross the larger facade, or its neighbours in the same plane,
     under and between its wall. A wall that is set back is seen over or beside the facade and stays, and so
@@ -59,7 +61,7 @@ def drop_interiors(
 
     known  walls that are facades, which may show interiors as well
     """
-    candidates = without_galleries(candidates, scene, rng.spawn(1)[0])
+    candidates = without_room_faces(without_galleries(candidates, scene, rng.spawn(1)[0]), scene)
     kept = []
     for inner in candidates:
         rows = sample_rays(inner.wall.inliers, rng)
