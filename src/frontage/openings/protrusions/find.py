@@ -21,6 +21,7 @@ from frontage.openings.protrusions.merging import bridge_gaps, merge_pieces
 from frontage.openings.protrusions.pieces import Piece, find_pieces, fit_slanted_line
 from frontage.openings.protrusions.resolution import Resolution
 from frontage.openings.protrusions.setbacks import find_setbacks
+from frontage.openings.wall.evidence import BARS
 
 _LEAST_M = 0.08  # before the wall, from which points may belong to a protrusion
 _SLOPE_M = 1.5  # rise of the ground along a facade at most
@@ -146,7 +147,12 @@ def _is_small(box: Box, resolution: Resolution) -> bool:
 
 
 def _is_solid(piece: Piece, measured: MeasuredBox, kind: ProtrusionKind) -> bool:
-    """Returns whether a piece stops enough beams, where a slice of a tree could be taken for its kind."""
+    """Returns whether a piece stops enough beams, where a slice of a tree could be taken for its kind.
+
+    A wall stops as many as its frames and bars do even where all of it is glass; two banners stop fewer.
+    """
+    if kind.is_wall:
+        return measured.hit >= BARS
     x0, z0, x1, z1 = measured.box
     least = _SOLID_LARGE if max(x1 - x0, z1 - z0) >= _SMALL_M else _SOLID
     return piece.inclined or piece.curved or kind not in _LEAFY or measured.hit >= least
