@@ -5,6 +5,7 @@ import pytest
 
 from frontage.buildings.fronts.leaves import FrontLeaves
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+from frontage.buildings.fronts.signals import tracked_offset
 from frontage.buildings.fronts.signals import eaves
 
 
@@ -48,3 +49,30 @@ def test_an_entablature_before_a_recessed_wall_is_its_eaves() -> None:
     at = FrontLeaves((bin_ + 0.5) * BIN_M, d, z, z, 0.25)
     rel = d - np.where((bin_ >= 4) & (bin_ < 8), -1.1, 0.0)
     assert np.allclose(eaves(bin_, at, rel, np.ones(len(z), bool), 12), 9.75)
+
+
+def _leaves(bins: range, d: float, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the bins and the offsets m of so many leaves in each of the bins."""
+    return np.repeat(np.array(bins), number), np.full(number * len(bins), d)
+
+
+def _tracked(*parts: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Returns the offset of a front of 40 bins with the leaves of all parts."""
+    return tracked_offset(*(np.concatenate(column) for column in zip(*parts, strict=True)), 40)
+
+
+def test_the_wall_of_a_room_that_shows_more_than_the_front_before_it_is_not_the_front() -> None:
+    front, room = _leaves(range(40), 0.05, 20), _leaves(range(10, 28), -4.5, 45)
+    assert np.abs(_tracked(front, room)).max() < 0.15
+
+
+def test_a_wide_recess_without_wall_before_it_is_followed() -> None:
+    front = [_leaves(part, 0.05, 40) for part in (range(14), range(26, 40))]
+    offset = _tracked(*front, _leaves(range(14, 26), -2.0, 40))
+    assert np.abs(offset[16:24] + 2.0).max() < 0.15
+    assert max(np.abs(offset[:12]).max(), np.abs(offset[28:]).max()) < 0.15
+
+
+def test_a_wall_that_slants_from_the_line_of_its_front_is_followed() -> None:
+    slant = [_leaves(range(k, k + 1), -0.05 * k, 40) for k in range(40)]
+    assert np.abs(_tracked(*slant) + 0.05 * np.arange(40)).max() < 0.15

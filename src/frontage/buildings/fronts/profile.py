@@ -14,10 +14,10 @@ from frontage.buildings.fronts.signals import (
     eaves,
     intensity_per_bin,
     mean_per_bin,
-    modal_offset,
     occupied_rows,
     relief,
     running_median,
+    tracked_offset,
 )
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.geometry.arrays import Bool, Float, Int
@@ -110,7 +110,7 @@ def profile_of(lo: float, hi: float, at: FrontLeaves, wall: Bool, colour: LeafCo
     n = max(1, int(np.ceil((hi - lo) / BIN_M - 1e-9)))
     bin_ = np.floor((at.s - lo) / BIN_M).astype(np.int64)
     inside = (bin_ >= 0) & (bin_ < n)
-    mode = modal_offset(bin_[inside & wall], at.d[inside & wall], n)
+    mode = tracked_offset(bin_[inside & wall], at.d[inside & wall], n)
     rel = np.full(len(at.s), np.nan)
     rel[inside] = at.d[inside] - mode[bin_[inside]]
     near = wall & (np.abs(rel) < _SKIN_M)

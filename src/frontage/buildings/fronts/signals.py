@@ -4,10 +4,11 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.buildings.fronts.leaves import FrontLeaves, LeafColour
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.masonry import MASONRY
 
 _LAYER_M = 0.1  # m, thickness of the layers in which the wall's offset is looked for
+_STEP_BINS = 3.0  # bins full of wall that a step costs: half of the narrowest recess, which has two steps
 PROUD_M = 1.0  # m, how far bays and cornices stand out from the wall
 _FRONT_M = MASONRY.facade_reach  # m before it, where the entablature over a recessed wall may lie
 _BEHIND_M = MASONRY.relief  # m behind the wall: still its top, and not yet the roof
@@ -53,10 +54,14 @@ def relief(bin_: Array, row: Array, d: Float, keep: Bool, n: int) -> Float:
     return out.reshape(n, rows)
 
 
-def modal_offset(at: Array, d: Float, n: int) -> Float:
-    """Returns the wall's offset (n,) m in each bin: where most leaves lie, with the help of its neighbours.
+def tracked_offset(at: Array, d: Float, n: int) -> Float:
+    """Returns the wall's offset (n,) m in each bin: the best surface from end to end of the front.
 
-    NaN where there is no wall.
+    Every bin tells for each layer how much of its wall lies there, with the help of its neighbours, and twice
+    the wall tells little more than half of it. A step costs as much as half of a recess that is too narrow
+    to be more than an opening. So neither a door nor the wall of a room that was scanned from within, which
+    shows more of itself than the front between its windows, draws the surface into the house. NaN where
+    there is no wall.
     """
     if not len(d):
         return np.full(n, np.nan)
@@ -64,8 +69,34 @@ def modal_offset(at: Array, d: Float, n: int) -> Float:
     layer = np.floor((d - low) / _LAYER_M).astype(np.int64)
     map_ = np.zeros((n, int(layer.max()) + 1))
     np.add.at(map_, (at, layer), 1.0)
+    known = map_.sum(1) >= 3
     smooth = ndimage.gaussian_filter(map_, (1.0, 1.0), mode="constant")
-    return np.where(map_.sum(1) >= 3, low + (smooth.argmax(1) + 0.5) * _LAYER_M, np.nan)
+    much = np.log1p(smooth)
+    share = np.where(known[:, None], much / np.maximum(much.max(1, keepdims=True), 1e-9), 0.0)
+    return np.where(known, low + (_best_path(share) + 0.5) * _LAYER_M, np.nan)
+
+
+def _best_path(share: Float) -> Int:
+    """Returns the layer (n,) of every bin on the path with the largest sum of shares (n, l), less its steps.
+
+    The path may change by one layer from bin to bin for nothing, because walls slant.
+    """
+    n, layers = share.shape
+    total, came = share[0].copy(), np.empty((n, layers), np.int64)
+    own = np.arange(layers)
+    for i in range(1, n):
+        beside = np.stack([np.roll(total, 1), total, np.roll(total, -1)])
+        beside[0, 0] = beside[2, -1] = -np.inf
+        near = beside.argmax(0)
+        best = int(total.argmax())
+        steps = total[best] - _STEP_BINS > beside.max(0)
+        came[i] = np.where(steps, best, own + near - 1)
+        total = share[i] + np.where(steps, total[best] - _STEP_BINS, beside.max(0))
+    path = np.empty(n, np.int64)
+    path[-1] = total.argmax()
+    for i in range(n - 1, 0, -1):
+        path[i - 1] = came[i, path[i]]
+    return path
 
 
 def mean_per_bin(at: Array, value: Float, keep: Bool, n: int) -> Float:
