@@ -5,8 +5,7 @@ import pytest
 
 from frontage.buildings.fronts.leaves import FrontLeaves
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
-from frontage.buildings.fronts.signals import tracked_offset
-from frontage.buildings.fronts.signals import eaves
+from frontage.buildings.fronts.signals import eaves, tracked_offset
 
 
 def _profile(offset: np.ndarray) -> FrontProfile:
