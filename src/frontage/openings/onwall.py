@@ -8,6 +8,7 @@ from frontage.model.estimate import Provenance
 from frontage.model.opening import Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
+from frontage.openings.balustrades import are_balustrades
 from frontage.openings.borders.agreement import is_head_open, with_supported_borders
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
@@ -114,12 +115,14 @@ def _measured(
 
 
 def _are_real(outlines: Sequence[Outline], wall: ObservedWall, scan: Scan) -> list[bool]:
-    """Returns which outlines are openings: they are told, have jambs and a lintel, and are no roofs."""
-    facade = wall.facade
-    roofs = are_roofs([o.place for o in outlines], wall.beams.points, facade.spacing)
+    """Returns which outlines are openings: told, with jambs and a lintel, and no roofs or balustrades."""
+    facade, places = wall.facade, [o.place for o in outlines]
+    others = zip(
+        are_roofs(places, wall.beams.points, facade.spacing), are_balustrades(places, wall), strict=True
+    )
     framed = zip(have_jambs(outlines, facade), have_lintels(outlines, facade, scan), strict=True)
-    told = zip(are_openings(outlines), framed, roofs, strict=True)
-    return [is_one and all(frame) and not roof for is_one, frame, roof in told]
+    told = zip(are_openings(outlines), framed, others, strict=True)
+    return [is_one and all(frame) and not any(other) for is_one, frame, other in told]
 
 
 def _openings(

@@ -1,0 +1,54 @@
+"""Tells the gaps of a balustrade on top of a wall from openings: balusters stand in a row below a rail."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.openings.boxes import Box
+from frontage.openings.observe import ObservedWall
+
+_RAIL_M, _PROBES = 1.0, 9  # m above a balustrade where the facade has ended, and at how many places
+_NEAR_M = 0.15  # m off the depth of the wall within which balusters stand; panes and their bars lie deeper
+_PITCH_M = 0.6  # m between balusters at most
+_FEWEST = 4  # balusters that make a row
+_COLUMN_M, _SPACINGS = 0.05, 2.0  # width of the columns that tell balusters from gaps, m and spacings
+_HELD, _TOLD = (
+    0.3,
+    10,
+)  # share of the fullest column that holds a baluster, and the points that it has at least
+
+
+def are_balustrades(places: Sequence[Box], wall: ObservedWall) -> list[bool]:
+    """Returns which places are balustrades at the upper end of a wall.
+
+    Balusters that stand as close together as they must hold the depth of the wall below their rail, where the
+    facade ends. Grilles of windows have wall above them.
+    """
+    ring = shapely.make_valid(shapely.Polygon(wall.facade.outline))
+    return [_ends_above(ring, place) and _is_row_of_posts(wall, place) for place in places]
+
+
+def _ends_above(ring: shapely.Geometry, place: Box) -> bool:
+    """Returns whether the outline of the facade ends a little above most of a place."""
+    x0, _, x1, z1 = place
+    x = np.linspace(x0, x1, _PROBES + 2)[1:-1]
+    within: Bool = shapely.contains_xy(ring, x, np.full(_PROBES, z1 + _RAIL_M))
+    return bool(2 * within.sum() < _PROBES)
+
+
+def _is_row_of_posts(wall: ObservedWall, place: Box) -> bool:
+    """Returns whether the points at the depth of the wall in a place stand in posts close together."""
+    x0, z0, x1, z1 = place
+    x, y, z = wall.beams.points.T
+    inside = (x > x0) & (x < x1) & (z > z0) & (z < z1)
+    x, y, z = x[inside], y[inside], z[inside]
+    near = np.abs(y - wall.beams.depth_at(x, z)) < _NEAR_M
+    wide = max(_COLUMN_M, _SPACINGS * wall.facade.spacing)
+    held: Float = np.histogram(x[near], max(int((x1 - x0) / wide), 1), (x0, x1))[0].astype(np.float64)
+    if held.max() < _TOLD:
+        return False
+    posts = held > _HELD * held.max()
+    number = int(posts[0]) + int((posts[1:] & ~posts[:-1]).sum())
+    return number >= _FEWEST and x1 - x0 < _PITCH_M * number
