@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Bool
 from frontage.openings.boxes import Box
 from frontage.openings.observe import ObservedWall
 
@@ -14,10 +14,8 @@ _NEAR_M = 0.15  # m off the depth of the wall within which balusters stand; pane
 _PITCH_M = 0.6  # m between balusters at most
 _FEWEST = 4  # balusters that make a row
 _COLUMN_M, _SPACINGS = 0.05, 2.0  # width of the columns that tell balusters from gaps, m and spacings
-_HELD, _TOLD = (
-    0.3,
-    10,
-)  # share of the fullest column that holds a baluster, and the points that it has at least
+# share of the fullest column that tells a baluster from a gap, and the fewest points that it has
+_HELD, _TOLD = 0.3, 10
 
 
 def are_balustrades(places: Sequence[Box], wall: ObservedWall) -> list[bool]:
@@ -46,7 +44,7 @@ def _is_row_of_posts(wall: ObservedWall, place: Box) -> bool:
     x, y, z = x[inside], y[inside], z[inside]
     near = np.abs(y - wall.beams.depth_at(x, z)) < _NEAR_M
     wide = max(_COLUMN_M, _SPACINGS * wall.facade.spacing)
-    held: Float = np.histogram(x[near], max(int((x1 - x0) / wide), 1), (x0, x1))[0].astype(np.float64)
+    held = np.histogram(x[near], max(int((x1 - x0) / wide), 3), (x0, x1))[0][1:-1]  # without jambs
     if held.max() < _TOLD:
         return False
     posts = held > _HELD * held.max()
