@@ -98,6 +98,7 @@ def stoops(d: Drawing, rng: np.random.Generator) -> None:
     houses, wide, up = int(rng.integers(2, 4)), rng.uniform(5.4, 6.4), rng.uniform(1.2, 1.8)
     length, high = houses * wide, up + 10.6
     d.house(0, length, 0, 9, 0, high)
+    d.house(0, 0.5 * length, 9, 11, 0, high - 3.0)  # the street runs along the longest wall: the front
     d.add(0, length, -0.45, 0, high - 0.6, high)
     for h in range(houses):
         x = h * wide

@@ -10,8 +10,9 @@ from frontage.openings.boxes import Box
 from frontage.openings.observe import ObservedWall
 
 _RAIL_M, _PROBES = 1.0, 9  # m above a balustrade where the facade has ended, and at how many places
-_NEAR_M = 0.15  # m off the depth of the wall within which balusters stand; panes and their bars lie deeper
-_PITCH_M = 0.6  # m between balusters at most
+_NEAR_M = 0.15  # m off the depth of the wall within which balusters stand
+_PITCH_M = 0.5  # m between balusters at most
+_LONG = 1.25  # times its height that a balustrade is long at least, unlike casements with bars
 _FEWEST = 4  # balusters that make a row
 _COLUMN_M, _SPACINGS = 0.05, 2.0  # width of the columns that tell balusters from gaps, m and spacings
 # share of the fullest column that tells a baluster from a gap, and the fewest points that it has
@@ -49,4 +50,4 @@ def _is_row_of_posts(wall: ObservedWall, place: Box) -> bool:
         return False
     posts = held > _HELD * held.max()
     number = int(posts[0]) + int((posts[1:] & ~posts[:-1]).sum())
-    return number >= _FEWEST and x1 - x0 < _PITCH_M * number
+    return number >= _FEWEST and _LONG * (z1 - z0) < x1 - x0 < _PITCH_M * number
