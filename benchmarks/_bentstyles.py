@@ -115,7 +115,7 @@ def stoops(d: Drawing, rng: np.random.Generator) -> None:
             z = up + 0.5 + 3.3 * s
             for left in (x + 0.75, x + 2.7, x + 4.1) if s else (x + 2.7, x + 4.1):
                 d.window(left, left + 1.0, z, z + 2.0, depth=0.15)
-                d.add(left - 0.15, left + 1.15, -0.12, 0, z - 0.15, z)
+                d.add(left - 0.15, left + 1.15, -0.12, 0, z - 0.2, z - 0.05)
                 d.add(left - 0.15, left + 1.15, -0.15, 0, z + 2.05, z + 2.25)
 
 
@@ -135,7 +135,7 @@ def palazzo(d: Drawing, rng: np.random.Generator) -> None:
         else:
             d.window(x - 0.6, x + 0.6, 1.4, 3.2, depth=0.35)
         for z, tall in ((5.6, 2.4), (10.2, 1.8)):
-            for left in (x - 0.85, x + 0.65):
+            for left in (x - 0.9, x + 0.7):  # beside the opening and not around it
                 d.add(left, left + 0.2, -0.1, 0, z - 0.2, z + tall + 0.2)
             d.add(x - 0.95, x + 0.95, -0.12, 0, z - 0.35, z - 0.2)
             d.add(x - 1.05, x + 1.05, -0.35, 0, z + tall + 0.2, z + tall + 0.5)

@@ -11,7 +11,7 @@ from frontage.openings.observe import ObservedWall
 
 _RAIL_M, _PROBES = 1.0, 9  # m above a balustrade where the facade has ended, and at how many places
 _NEAR_M = 0.15  # m off the depth of the wall within which balusters stand
-_PITCH_M = 0.5  # m between balusters at most
+_PITCH_M = 0.6  # m between balusters at most
 _LONG = 1.25  # times its height that a balustrade is long at least, unlike casements with bars
 _FEWEST = 4  # balusters that make a row
 _COLUMN_M, _SPACINGS = 0.05, 2.0  # width of the columns that tell balusters from gaps, m and spacings
