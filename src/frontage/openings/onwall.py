@@ -118,7 +118,7 @@ def _are_real(outlines: Sequence[Outline], wall: ObservedWall, scan: Scan) -> li
     """Returns which outlines are openings: told, with jambs and a lintel, and no roofs or balustrades."""
     facade, places = wall.facade, [o.place for o in outlines]
     others = zip(
-        are_roofs(places, wall.beams.points, facade.spacing), are_balustrades(places, wall), strict=True
+        are_roofs(places, wall.beams.points, facade.spacing), are_balustrades(places, wall, scan), strict=True
     )
     framed = zip(have_jambs(outlines, facade), have_lintels(outlines, facade, scan), strict=True)
     told = zip(are_openings(outlines), framed, others, strict=True)
