@@ -93,32 +93,6 @@ def leaning(d: Drawing, rng: np.random.Generator) -> None:
         x += wide
 
 
-def stoops(d: Drawing, rng: np.random.Generator) -> None:
-    """Town houses with flights of steps up to their doors, windows of basements, hoods and a cornice."""
-    houses, wide, up = int(rng.integers(2, 4)), rng.uniform(5.4, 6.4), rng.uniform(1.2, 1.8)
-    length, high = houses * wide, up + 10.6
-    d.house(0, length, 0, 9, 0, high)
-    d.house(0, 0.5 * length, 9, 11, 0, high - 3.0)  # the street runs along the longest wall: the front
-    d.add(0, length, -0.45, 0, high - 0.6, high)
-    for h in range(houses):
-        x = h * wide
-        steps = round(up / 0.18)
-        for k in range(steps):
-            d.add(x + 0.5, x + 2.0, -0.9 - 0.28 * (steps - k), 0, 0, up * (k + 1) / steps)
-        for left in (x + 0.35, x + 2.0):
-            d.add(left, left + 0.15, -0.9, 0, 0, up + 0.9)
-        d.door(x + 0.75, x + 1.75, up + 2.6, depth=0.35, z0=up)
-        d.add(x + 0.45, x + 2.05, -0.4, 0, up + 2.8, up + 3.1)
-        for left in (x + 2.7, x + 4.1):
-            d.window(left, left + 1.0, 0.3, up - 0.1, depth=0.15)
-        for s in range(3):
-            z = up + 0.5 + 3.3 * s
-            for left in (x + 0.75, x + 2.7, x + 4.1) if s else (x + 2.7, x + 4.1):
-                d.window(left, left + 1.0, z, z + 2.0, depth=0.15)
-                d.add(left - 0.15, left + 1.15, -0.12, 0, z - 0.2, z - 0.05)
-                d.add(left - 0.15, left + 1.15, -0.15, 0, z + 2.05, z + 2.25)
-
-
 def palazzo(d: Drawing, rng: np.random.Generator) -> None:
     """A rusticated ground floor, windows in surrounds under heavy hoods, a balcony on consoles, a cornice."""
     count, bay, deep = 2 * int(rng.integers(2, 4)) + 1, rng.uniform(3.0, 3.8), rng.uniform(0.03, 0.06)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from _bentstyles import awnings, bowed, concrete, corner, crescent, fins, leaning, palazzo, stoops
+from _bentstyles import awnings, bowed, concrete, corner, crescent, fins, leaning, palazzo
 from _drawn import Drawing
 
 Style = Callable[[Drawing, np.random.Generator], None]
@@ -349,6 +349,6 @@ STYLES: dict[str, Style] = {
     for f in (
         sparse, colonnade, arcade, pilasters, shops, rear, court, loggias, bays, curtain, ribbons, garages,
         warehouse, pairs, wings, gothic, galleries, setback, school, dormers,
-        crescent, bowed, corner, leaning, stoops, palazzo, fins, concrete, awnings,
+        crescent, bowed, corner, leaning, palazzo, fins, concrete, awnings,
     )
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Openings of fronts in twenty styles, drawn at random: ours and the paper's method.
+"""Openings of fronts in twenty-eight styles, drawn at random: ours and the paper's method.
 
     python benchmarks/bench_styles.py [--draw 1] [--only arcade shops] [--spacing 0.02 0.04] [--bare]
                                       [--scenes FOLDER]
