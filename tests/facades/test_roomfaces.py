@@ -1,8 +1,10 @@
 """Walls of rooms that were scanned from within are no facades where the front of the house was seen."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from frontage.facades import find_facades
 from frontage.model import Building, Scan, WorldRef
@@ -44,14 +46,25 @@ def _house(rooms: bool) -> tuple[Scan, Building]:
     )
 
 
-def _planes(rooms: bool) -> list[tuple[float, float]]:
+def _with_sensors(scan: Scan, own: int) -> Scan:
+    """Returns the scan with its sensors: one in the street, and one in the middle of every room."""
+    eyes = [[WIDE / 2, -8.0, 1.7], *([WIDE / 2, DEEP / 2, z + 1.5] for z in (0.0, 2.8, 5.6))]
+    x, y, z = scan.xyz.T
+    room = 1 + np.clip((z / 2.8).astype(np.int32), 0, 2)
+    in_street = (np.arange(len(x)) >= own) | (np.abs(y) < 0.05)
+    return replace(scan, origins=np.array(eyes), origin_index=np.where(in_street, 0, room).astype(np.int32))
+
+
+def _planes(rooms: bool, rays: bool = False) -> list[tuple[float, float]]:
     """Returns the directions (x, y), rounded, that the facades of the house face."""
-    found = find_facades(*_house(rooms))
+    scan, building = _house(rooms)
+    found = find_facades(_with_sensors(scan, len(building.index)) if rays else scan, building)
     return sorted((round(-float(f.frame.R[0, 1])), round(-float(f.frame.R[1, 1]))) for f in found)
 
 
-def test_the_front_of_a_house_with_scanned_rooms_is_its_only_facade() -> None:
-    assert _planes(rooms=True) == [(0, -1)]
+@pytest.mark.parametrize("rays", [True, False])
+def test_the_front_of_a_house_with_scanned_rooms_is_its_only_facade(rays: bool) -> None:
+    assert _planes(True, rays) == [(0, -1)]
 
 
 def test_the_front_of_an_empty_house_is_found_as_well() -> None:

@@ -8,27 +8,64 @@ from scipy import ndimage
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import strip_before
+from frontage.geometry.arrays import Float
 
 _NEAR_M, _FAR_M = 0.15, 0.6  # m from a wall where the floor and the ceiling of a room that it bounds begin
 _ROOM_FACE = 0.05  # share of solid wall with points close to it: a floor and a ceiling are two rows of 27
 _BESIDE_M = 0.6  # m from an opening, where a street scanner sees nothing close behind the wall
+_SENSORS = 50  # points of a wall whose sensors are asked
+_HEAD_M, _HIGHEST_M = 0.3, 6.0  # m above a sensor, between which a ceiling lies
+_AROUND_M, _CELL_M = 1.5, 0.5  # m around a sensor where it is looked for, and the side of plan cells
+_MOST, _LEVEL_M = 0.8, 0.25  # share of the cells that show it, and m by which they may differ in height
 _TRACE = 0.02  # share of the strip before a wall: less open ground than that is chance
 
 
 def without_room_faces(candidates: Sequence[FacadeCandidate], scene: FacadeScene) -> list[FacadeCandidate]:
-    """Drops walls of rooms that were scanned from within, where other walls have ground before them.
+    """Drops walls of rooms that were scanned from within, where other walls of the building were not.
 
-    A scanner in the street sees what lies close behind a wall through openings only. Floors and ceilings that
-    begin behind solid wall, away from every opening, were measured in the room, and so was the wall, unless
-    open ground was measured on its other side. With known sensor positions lines of sight tell it.
+    With known sensor positions, a wall is one of these if most of it was measured from below a ceiling.
+
+    Without them, floors and ceilings tell it. A scanner in the street sees what lies close behind a wall
+    through openings only; what begins behind solid wall, away from every opening, was measured in the room,
+    and so was the wall, unless open ground was measured on its other side.
     """
-    if len(candidates) < 2 or any(c.side.told_by == "rays" for c in candidates):
+    if len(candidates) < 2:
         return list(candidates)
-    ground = [_has_trace_of_ground(c, scene) for c in candidates]
-    if all(ground) or not any(ground):
+    if all(c.side.told_by == "rays" for c in candidates):
+        outside = [not _is_seen_from_indoors(c, scene) for c in candidates]
+    else:
+        ground = [_has_trace_of_ground(c, scene) for c in candidates]
+        told = zip(candidates, ground, strict=True)
+        outside = [has_ground or not (any(ground) and _bounds_rooms(c)) for c, has_ground in told]
+    if not any(outside):
         return list(candidates)
-    pairs = zip(candidates, ground, strict=True)
-    return [c for c, has_ground in pairs if has_ground or not _bounds_rooms(c)]
+    return [c for c, is_outside in zip(candidates, outside, strict=True) if is_outside]
+
+
+def _is_seen_from_indoors(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
+    """Returns whether most of a wall was measured from below a ceiling: a level surface above the sensor.
+
+    The crown of a tree is not level.
+    """
+    rows = candidate.wall.inliers
+    places, number = np.unique(scene.sensors(rows[:: len(rows) // _SENSORS + 1]), axis=0, return_counts=True)
+    covered = np.array([_is_below_ceiling(place, scene.around) for place in places], np.bool_)
+    return bool(2 * number[covered].sum() > number.sum())
+
+
+def _is_below_ceiling(place: Float, xyz: Float) -> bool:
+    """Returns whether points (n, 3) m form a level surface above most of the surroundings of a place (3,)."""
+    away = xyz - place
+    above = (away[:, 2] > _HEAD_M) & (away[:, 2] < _HIGHEST_M) & (np.abs(away[:, :2]) < _AROUND_M).all(1)
+    cell = np.floor((away[above, :2] + _AROUND_M) / _CELL_M).astype(np.int64)
+    side = round(2.0 * _AROUND_M / _CELL_M)
+    lowest = np.full(side**2, np.inf)
+    np.minimum.at(lowest, cell[:, 0] * side + cell[:, 1], away[above, 2])
+    known = np.isfinite(lowest)
+    if known.mean() < _MOST:
+        return False
+    level = np.abs(lowest - np.median(lowest[known])) < _LEVEL_M
+    return bool(level.mean() >= _MOST)
 
 
 def _has_trace_of_ground(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
