@@ -82,6 +82,20 @@ def test_a_front_that_bends_is_divided_at_a_pier_and_not_through_its_windows() -
     assert not (first.cells.whole & second.cells.whole)[:, :60].any()
 
 
+def test_walls_that_meet_at_a_flat_corner_end_there() -> None:
+    turn, wide, rng = np.radians(30.0), 4.0, np.random.default_rng(4)
+    s, z = rng.uniform(0.0, 2 * wide, 100_000), rng.uniform(0.0, 6.0, 100_000)
+    step = np.clip(s[:, None] - [0.0, wide], 0.0, wide)
+    heading = np.array([0.0, turn])
+    xyz = np.column_stack([step @ np.cos(heading), step @ np.sin(heading), z])
+    first = _candidate_of(xyz, 0.0, 0.0, (60, 60))  # both outlines run on past the corner
+    second = _candidate_of(xyz, turn, -wide * np.tan(turn), (60, 90))
+    corner = wide / np.cos(turn)
+    first, second = without_overlaps([first, second])
+    assert abs(CELL * first.cells.whole.any(0).sum() - wide) < 0.15
+    assert abs(CELL * np.flatnonzero(second.cells.whole.any(0))[0] - corner) < 0.15
+
+
 def test_the_spacing_of_a_wall_that_is_scanned_unevenly_does_not_depend_on_the_draw() -> None:
     rng = np.random.default_rng(0)
     told = []

@@ -1,6 +1,6 @@
 """Gives every area of a front to one of its planes: outlines of parallel walls do not overlap."""
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from itertools import combinations
 
@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
+from frontage.facades.corners import APART_M
 from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY, TOLERANCES
 
@@ -31,11 +32,41 @@ def without_overlaps(
     the wall of an arcade, given by their numbers, stand one behind the other, and the wall goes on behind
     the piers.
     """
-    pieces = list(candidates)
+    pieces = [_ended_at_corners(c, candidates) for c in candidates]
     for a, b in combinations(range(len(pieces)), 2):
         if not {(a, b), (b, a)} & arcades and _are_beside(pieces[a], pieces[b]):
             pieces[a], pieces[b] = _divided(pieces[a], pieces[b])
     return pieces
+
+
+def _ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> FacadeCandidate:
+    """Returns a wall whose outline ends where the planes of other walls cross it, if it hardly goes on there.
+
+    What is near its plane beyond the corner belongs to the next face: flat corners, as those of a bowed
+    front, are near it for half a metre and more.
+    """
+    cells, x = own.cells, own.cells.corner[0] + own.cells.cell * (np.arange(own.cells.whole.shape[1]) + 0.5)
+    for other in others:
+        crossing = _crossing(own, other)
+        if crossing is None:
+            continue
+        left = x < crossing
+        beyond = left if cells.wall[:, left].sum() < cells.wall[:, ~left].sum() else ~left
+        if cells.wall[:, beyond].sum() <= _WRONG * cells.wall.sum():
+            cells = _kept(cells, cells.whole & beyond) or cells
+    return replace(own, cells=cells)
+
+
+def _crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
+    """Returns the place x m along a wall where another one crosses its plane, or None if that ends apart."""
+    along = own.wall.axes[:, 0]
+    slope = float(along @ other.wall.normal)
+    if other is own or abs(float(own.wall.normal @ other.wall.normal)) > TOLERANCES.parallel_cos:
+        return None
+    x = float((other.wall.point - own.wall.point) @ other.wall.normal) / slope
+    there = other.wall.coordinates((own.wall.point + x * along)[None])[0, 0]
+    low, high = other.cells.outline[:, 0].min(), other.cells.outline[:, 0].max()
+    return x if low - APART_M < there < high + APART_M else None
 
 
 def _are_beside(a: FacadeCandidate, b: FacadeCandidate) -> bool:
