@@ -15,6 +15,7 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner of a place: half a window
 _BESIDE = 0.16  # share of wall around a place one sigma away from a straight edge of it
+_FLAT_COS = 0.5  # cosine between walls that meet at a flat corner: 60 degrees at most
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
@@ -40,10 +41,10 @@ def without_overlaps(
 
 
 def _ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> FacadeCandidate:
-    """Returns a wall whose outline ends where the planes of other walls cross it, if it hardly goes on there.
+    """Returns a wall whose outline ends at the flat corners where it meets other walls and hardly goes on.
 
-    What is near its plane beyond the corner belongs to the next face: flat corners, as those of a bowed
-    front, are near it for half a metre and more.
+    What is near its plane beyond such a corner, for half a metre and more, belongs to the next face. At sharp
+    corners pilasters may stand out from the other wall.
     """
     cells, x = own.cells, own.cells.corner[0] + own.cells.cell * (np.arange(own.cells.whole.shape[1]) + 0.5)
     for other in others:
@@ -58,10 +59,10 @@ def _ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -
 
 
 def _crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
-    """Returns the place x m along a wall where another one crosses its plane, or None if that ends apart."""
+    """Returns the place x m along a wall of its flat corner with another one; None where they meet in none."""
     along = own.wall.axes[:, 0]
     slope = float(along @ other.wall.normal)
-    if other is own or abs(float(own.wall.normal @ other.wall.normal)) > TOLERANCES.parallel_cos:
+    if not _FLAT_COS < float(own.wall.normal @ other.wall.normal) < TOLERANCES.parallel_cos:
         return None
     x = float((other.wall.point - own.wall.point) @ other.wall.normal) / slope
     there = other.wall.coordinates((own.wall.point + x * along)[None])[0, 0]
