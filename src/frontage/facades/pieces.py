@@ -59,7 +59,7 @@ def _ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -
 
 
 def _crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
-    """Returns the place x m along a wall of its flat corner with another one; None where they meet in none."""
+    """Returns the place x m along a wall of its flat corner with another one, or None without one."""
     along = own.wall.axes[:, 0]
     slope = float(along @ other.wall.normal)
     if not _FLAT_COS < float(own.wall.normal @ other.wall.normal) < TOLERANCES.parallel_cos:
