@@ -8,6 +8,7 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.masonry import MASONRY
 
 _LAYER_M = 0.1  # m, thickness of the layers in which the wall's offset is looked for
+_NEAR_LAYERS = 3  # layers (0.3 m) about the best surface in which a bin shows its own
 _STEP_BINS = 3.0  # bins full of wall that a step costs: half of the narrowest recess, which has two steps
 PROUD_M = 1.0  # m, how far bays and cornices stand out from the wall
 _FRONT_M = MASONRY.facade_reach  # m before it, where the entablature over a recessed wall may lie
@@ -73,7 +74,7 @@ def tracked_offset(at: Array, d: Float, n: int) -> Float:
     smooth = ndimage.gaussian_filter(map_, (1.0, 1.0), mode="constant")
     much = np.log1p(smooth)
     share = np.where(known[:, None], much / np.maximum(much.max(1, keepdims=True), 1e-9), 0.0)
-    return np.where(known, low + (_best_path(share) + 0.5) * _LAYER_M, np.nan)
+    return np.where(known, low + (_nearest_peak(smooth, _best_path(share)) + 0.5) * _LAYER_M, np.nan)
 
 
 def _best_path(share: Float) -> Int:
@@ -97,6 +98,12 @@ def _best_path(share: Float) -> Int:
     for i in range(n - 1, 0, -1):
         path[i - 1] = came[i, path[i]]
     return path
+
+
+def _nearest_peak(count: Float, path: Int) -> Int:
+    """Returns the fullest layer (n,) of every bin near a path (n,), from counts (n, l) of leaves."""
+    near = np.abs(np.arange(count.shape[1]) - path[:, None]) <= _NEAR_LAYERS
+    return np.asarray(np.where(near, count, -1.0).argmax(1), np.int64)
 
 
 def mean_per_bin(at: Array, value: Float, keep: Bool, n: int) -> Float:
