@@ -9,7 +9,6 @@ from scipy import ndimage
 
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
-from frontage.facades.corners import APART_M
 from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY, TOLERANCES
 
@@ -66,8 +65,11 @@ def _crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
         return None
     x = float((other.wall.point - own.wall.point) @ other.wall.normal) / slope
     there = other.wall.coordinates((own.wall.point + x * along)[None])[0, 0]
-    low, high = other.cells.outline[:, 0].min(), other.cells.outline[:, 0].max()
-    return x if low - APART_M < there < high + APART_M else None
+    held = np.flatnonzero(other.cells.wall.any(0))
+    if not len(held):
+        return None
+    low, high = other.cells.corner[0] + other.cells.cell * (held[[0, -1]] + [0, 1])
+    return x if low - MASONRY.relief < there < high + MASONRY.relief else None
 
 
 def _are_beside(a: FacadeCandidate, b: FacadeCandidate) -> bool:
