@@ -49,6 +49,29 @@ def test_a_portal_in_one_wall_does_not_go_to_another_one_that_it_is_not_connecte
     assert not first.cells.whole[:, 50:].any()
 
 
+def test_panes_in_the_plane_of_the_next_wall_do_not_draw_it_over_the_wall_that_they_are_in() -> None:
+    front, beside = np.zeros((2, 60, 120), np.bool_)
+    front[:, :90] = True
+    beside[:, 92:] = True  # set back by the depth of the panes
+    for row in (4, 38):
+        for column in (4, 44):
+            front[row : row + 18, column : column + 18] = False
+            beside[row + 1 : row + 17, column + 1 : column + 17] = True
+    _, second = without_overlaps([_candidate(0.0, front), _candidate(0.3, beside)])
+    assert not second.cells.whole[:, :75].any()
+    assert second.cells.whole[:, 95:].all()
+
+
+def test_a_layer_in_two_parts_within_the_outline_of_a_wall_is_no_wall_of_its_own() -> None:
+    wall, layer = np.zeros((2, 120, 80), np.bool_)
+    wall[:, :] = True
+    for row in (10, 70):
+        wall[row : row + 35, 10:70] = False
+        layer[row : row + 35, 10:70] = True
+    (found,) = without_overlaps([_candidate(0.0, wall), _candidate(-0.2, layer)])
+    assert found.wall.point[1] == 0.0
+
+
 def test_no_place_belongs_to_two_walls() -> None:
     first, second = without_overlaps(list(_fronts()))
     assert not (first.cells.whole & second.cells.whole).any()

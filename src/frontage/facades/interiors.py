@@ -61,7 +61,7 @@ def drop_interiors(
 
     known  walls that are facades, which may show interiors as well
     """
-    candidates = without_room_faces(without_galleries(candidates, scene, rng.spawn(1)[0]), scene)
+    candidates = without_room_faces(without_galleries(candidates, scene, rng.spawn(1)[0]), scene, known)
     kept = []
     for inner in candidates:
         rows = sample_rays(inner.wall.inliers, rng)

@@ -1,4 +1,4 @@
-"""Gives every area of a front to one of its planes: outlines of parallel walls do not overlap."""
+"""Gives every area of a front to one of its planes: outlines end where the next wall begins."""
 
 from collections.abc import Sequence, Set
 from dataclasses import replace
@@ -17,6 +17,7 @@ _BESIDE = 0.16  # share of wall around a place one sigma away from a straight ed
 _FLAT_COS = 0.5  # cosine between walls that meet at a flat corner: 60 degrees at most
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
+_LEAST_M2 = 5.0  # m2 of wall that a facade has at least, as the search asks
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
@@ -26,17 +27,18 @@ def without_overlaps(
     """Returns the walls with outlines that do not overlap where parallel walls stand side by side.
 
     The outline of a wall continues over the next one where the front steps, because both are upright and
-    near its plane. There a place belongs to the plane that has more wall around it. What is far from both,
-    such as the middle of a colonnade, goes as a whole to the plane with more wall along its border. A wall
-    that another divides in two keeps its outline, because that other one is a step within it. The front and
-    the wall of an arcade, given by their numbers, stand one behind the other, and the wall goes on behind
-    the piers.
+    near its plane. An upright seam parts walls that meet at a bend. Elsewhere a place belongs to the plane
+    that has more wall around it. What is far from both, such as the middle of a colonnade, goes as a whole
+    to the plane with more wall along its border. A wall that another divides in two keeps its outline,
+    because that other one is a step within it. The front and the wall of an arcade, given by their numbers,
+    stand one behind the other, and the wall goes on behind the piers.
     """
-    pieces = [_ended_at_corners(c, candidates) for c in candidates]
-    for a, b in combinations(range(len(pieces)), 2):
-        if not {(a, b), (b, a)} & arcades and _are_beside(pieces[a], pieces[b]):
-            pieces[a], pieces[b] = _divided(pieces[a], pieces[b])
-    return pieces
+    pieces: list[FacadeCandidate | None] = [_ended_at_corners(c, candidates) for c in candidates]
+    for i, k in combinations(range(len(pieces)), 2):
+        a, b = pieces[i], pieces[k]
+        if a and b and not {(i, k), (k, i)} & arcades and _are_beside(a, b):
+            pieces[i], pieces[k] = _divided(a, b)
+    return [piece for piece in pieces if piece]
 
 
 def _ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> FacadeCandidate:
@@ -79,8 +81,11 @@ def _are_beside(a: FacadeCandidate, b: FacadeCandidate) -> bool:
     return parallel and abs(offset) < MASONRY.facade_reach
 
 
-def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, FacadeCandidate]:
+def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, FacadeCandidate | None]:
     """Divides the area that two outlines share between them, where each stays in one part.
+
+    The second one is a layer of the first one, and no wall of its own (None), if it falls apart and hardly
+    any of its wall lies beyond the outline of the first one.
 
     What the first one loses because it is no longer connected with it, as a portal in the middle of the
     second one, goes back to the second one.
@@ -89,9 +94,9 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     lost = _beyond_seam(b, shared, shared & a.cells.wall.ravel()[there])
     if lost is None:
         lost = shared & _is_first(_share(a.cells).ravel()[there], _share(b.cells), shared)
-    second = _kept(b.cells, lost)
+    second = _kept(b.cells, lost, shared)
     if second is None:
-        return a, b
+        return a, b if (b.cells.wall & ~shared).sum() >= _cells_of_least(b.cells) else None
     own = replace(b, cells=second)
     first = _kept(a.cells, _shared(a, own)[0])
     if first is None:
@@ -165,12 +170,24 @@ def _is_first(first: Float, second: Float, shared: Bool) -> Bool:
     return np.where(labels > 0, border, first >= second)
 
 
-def _kept(cells: CellMap, lost: Bool) -> CellMap | None:
-    """Returns the map without the cells (h, w) that are lost; None where that would divide it."""
+def _cells_of_least(cells: CellMap) -> float:
+    """Returns how many cells the least facade has."""
+    return _LEAST_M2 / cells.cell**2
+
+
+def _kept(cells: CellMap, lost: Bool, shared: Bool | None = None) -> CellMap | None:
+    """Returns the map without the cells (h, w) that are lost; None where that would divide it.
+
+    Parts within the `shared` cells (h, w) that are too small for a facade divide nothing, such as panes in
+    the windows of the other wall.
+    """
     left = cells.whole & ~lost
     labels, number = ndimage.label(left)
     wall = np.bincount(labels[cells.wall & left], minlength=number + 1)
     wall[0] = 0
+    if shared is not None:
+        beside = np.bincount(labels[left & ~shared], minlength=number + 1)
+        wall[(beside == 0) & (wall < _cells_of_least(cells))] = 0
     if number == 0 or wall.max() < _WHOLE * max(wall.sum(), 1):
         return None
     whole = ndimage.binary_fill_holes(labels == int(np.argmax(wall)))

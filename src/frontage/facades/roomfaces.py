@@ -20,26 +20,28 @@ _MOST, _LEVEL_M = 0.8, 0.25  # share of the cells that show it, and m by which t
 _TRACE = 0.02  # share of the strip before a wall: less open ground than that is chance
 
 
-def without_room_faces(candidates: Sequence[FacadeCandidate], scene: FacadeScene) -> list[FacadeCandidate]:
+def without_room_faces(
+    candidates: Sequence[FacadeCandidate], scene: FacadeScene, known: Sequence[FacadeCandidate] = ()
+) -> list[FacadeCandidate]:
     """Drops walls of rooms that were scanned from within, where other walls of the building were not.
 
-    With known sensor positions, a wall is one of these if most of it was measured from below a ceiling.
+    A scanner in the street sees what lies close behind a wall through openings only. A floor or a ceiling
+    that begins at solid wall, away from every opening, was measured in the room, and so was the wall if
+    nothing tells that it was seen from outside.
 
-    Without them, floors and ceilings tell it. A scanner in the street sees what lies close behind a wall
-    through openings only; what begins behind solid wall, away from every opening, was measured in the room,
-    and so was the wall, unless open ground was measured on its other side.
+    known  walls that are facades, beside which all candidates may be walls of rooms
     """
-    if len(candidates) < 2:
+    outside = [_is_seen_from_outside(c, scene) for c in candidates]
+    if not any(outside) and not known:
         return list(candidates)
-    if all(c.side.told_by == "rays" for c in candidates):
-        outside = [not _is_seen_from_indoors(c, scene) for c in candidates]
-    else:
-        ground = [_has_trace_of_ground(c, scene) for c in candidates]
-        told = zip(candidates, ground, strict=True)
-        outside = [has_ground or not (any(ground) and _bounds_rooms(c)) for c, has_ground in told]
-    if not any(outside):
-        return list(candidates)
-    return [c for c, is_outside in zip(candidates, outside, strict=True) if is_outside]
+    return [c for c, is_one in zip(candidates, outside, strict=True) if is_one or not _bounds_rooms(c)]
+
+
+def _is_seen_from_outside(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
+    """Returns whether a wall was measured from outside, as its sensors tell, or open ground before it."""
+    if candidate.side.told_by == "rays":
+        return not _is_seen_from_indoors(candidate, scene)
+    return _has_trace_of_ground(candidate, scene)
 
 
 def _is_seen_from_indoors(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
