@@ -8,9 +8,9 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.masonry import MASONRY
 
 _LAYER_M = 0.1  # m, thickness of the layers in which the wall's offset is looked for
-_NEAR_LAYERS = 3  # layers (0.3 m) about the best surface in which a bin shows its own
 _STEP_BINS = 3.0  # bins full of wall that a step costs: half of the narrowest recess, which has two steps
 PROUD_M = 1.0  # m, how far bays and cornices stand out from the wall
+_NEAR_LAYERS = round(PROUD_M / _LAYER_M)  # about the best surface, among which a bin shows its own
 _FRONT_M = MASONRY.facade_reach  # m before it, where the entablature over a recessed wall may lie
 _BEHIND_M = MASONRY.relief  # m behind the wall: still its top, and not yet the roof
 _CROWN_M = 1.0  # m, greatest height of a cornice or parapet above the recognised wall
