@@ -14,7 +14,7 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner of a place: half a window
 _BESIDE = 0.16  # share of wall around a place one sigma away from a straight edge of it
-_FLAT_COS = 0.766  # cosine between walls that meet at a flat corner: 40 degrees at most, less than in octagons
+_FLAT_COS = 0.766  # cosine between walls that meet at a flat corner: 40 degrees, fewer than in octagons
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _LEAST_M2 = 5.0  # m2 of wall that a facade has at least, as the search asks
