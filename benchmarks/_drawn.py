@@ -95,20 +95,20 @@ class Drawing:
 
     def write(self, path: Path, name: str) -> None:
         """Write the LoD3 model."""
-        surfaces = _surfaces(self.boxes, self.holes, self.bends)
-        _write(path, name, "3", [(k, n, self._shaped(r)) for k, n, r in surfaces], np.zeros(3))
+        _write(path, name, "3", self._faces(self.boxes, self.holes), np.zeros(3))
 
     def write_lod2(self, path: Path, name: str, rng: np.random.Generator) -> None:
         """Write the LoD2 model, shifted as a surveyed one is."""
-        surfaces = _surfaces(self.body, [], self.bends)
-        shift = rng.normal(0.0, LOD2_M)
-        _write(path, name, "2", [(k, n, self._shaped(r)) for k, n, r in surfaces], shift)
+        _write(path, name, "2", self._faces(self.body, []), rng.normal(0.0, LOD2_M))
 
-    def _shaped(self, rings: list[Float]) -> list[Float]:
-        """Return rings (k, 3) m as they lie in the building, which is bent and leans."""
+    def _faces(self, boxes: list[tuple[Box, bool]], holes: list[Hole]) -> list[tuple[str, str, list[Float]]]:
+        """Return the kind, name and rings (k, 3) m of all faces of the building, which is bent and leans."""
         ends = [float(f(box[a] for box, _ in self.boxes)) for f, a in ((min, 0), (max, 1))]
         plan = np.array([(ends[0], 0.0), *self.bends, (ends[1], 0.0)])
-        return [_bent(ring, plan) for ring in (_leaning(ring, self.lean) for ring in rings)]
+        return [
+            (kind, about, [_bent(_leaning(ring, self.lean), plan) for ring in rings])
+            for kind, about, rings in _surfaces(boxes, holes, self.bends)
+        ]
 
 
 def _outline(x0: float, x1: float, z0: float, z1: float, head: str) -> shapely.Polygon:

@@ -40,8 +40,8 @@ def drop_interiors(
 ) -> list[FacadeCandidate]:
     """Removes walls most of whose points lie behind a larger facade and were seen through its openings.
 
-    The fronts of galleries before a larger wall are removed first: they are layers of that wall. So are walls
-    of rooms that were scanned from within.
+    The fronts of galleries before a larger wall are removed first: they are layers of that wall. Walls of
+    rooms that were scanned from within are removed as well.
 
     With rays this is measured: lines of sight cross the larger facade, or its neighbours in the same plane,
     under and between its wall. A wall that is set back is seen over or beside the facade and stays, and so

@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
+from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY, TOLERANCES
 
@@ -17,7 +18,7 @@ _BESIDE = 0.16  # share of wall around a place one sigma away from a straight ed
 _FLAT_COS = 0.766  # cosine between walls that meet at a flat corner: 40 degrees, fewer than in octagons
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
-_LEAST_M2 = 5.0  # m2 of wall that a facade has at least, as the search asks
+_LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
@@ -60,12 +61,11 @@ def _ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -
 
 
 def _crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
-    """Returns the place x m along a wall of its flat corner with another one, or None without one."""
-    along = own.wall.axes[:, 0]
-    slope = float(along @ other.wall.normal)
+    """Returns where (x m) a wall meets another one at a flat corner; None where it meets it at none."""
     if not _FLAT_COS < float(own.wall.normal @ other.wall.normal) < TOLERANCES.parallel_cos:
         return None
-    x = float((other.wall.point - own.wall.point) @ other.wall.normal) / slope
+    along = own.wall.axes[:, 0]
+    x = float((other.wall.point - own.wall.point) @ other.wall.normal) / float(along @ other.wall.normal)
     there = other.wall.coordinates((own.wall.point + x * along)[None])[0, 0]
     held = np.flatnonzero(other.cells.wall.any(0))
     if not len(held):
@@ -125,7 +125,7 @@ def _share(cells: CellMap) -> Float:
 
 
 def _beyond_seam(own: FacadeCandidate, shared: Bool, other: Bool) -> Bool | None:
-    """Returns the shared cells (h, w) beyond an upright seam of two walls side by side, or None.
+    """Returns the shared cells (h, w) beyond an upright seam; None where no seam parts two walls.
 
     On each side of a seam hardly any wall lies on the plane of the other side. Where a front bends, a part of
     it lies on neither plane: there the seam runs through a pier, so that it cuts no opening.

@@ -31,14 +31,18 @@ def without_room_faces(
 
     known  walls that are facades, beside which all candidates may be walls of rooms
     """
+    rooms = [_bounds_rooms(c) for c in candidates]
+    if not any(rooms):
+        return list(candidates)
     outside = [_is_seen_from_outside(c, scene) for c in candidates]
     if not any(outside) and not known:
         return list(candidates)
-    return [c for c, is_one in zip(candidates, outside, strict=True) if is_one or not _bounds_rooms(c)]
+    told = zip(candidates, rooms, outside, strict=True)
+    return [c for c, is_room, is_outside in told if is_outside or not is_room]
 
 
 def _is_seen_from_outside(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
-    """Returns whether a wall was measured from outside, as its sensors tell, or open ground before it."""
+    """Returns whether a wall was measured from outside: its sensors tell it, or open ground before it."""
     if candidate.side.told_by == "rays":
         return not _is_seen_from_indoors(candidate, scene)
     return _has_trace_of_ground(candidate, scene)
@@ -71,7 +75,7 @@ def _is_below_ceiling(place: Float, xyz: Float) -> bool:
 
 
 def _has_trace_of_ground(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
-    """Returns whether any open ground to speak of was measured before a wall."""
+    """Returns whether more open ground than by chance was measured before a wall."""
     before = strip_before(candidate.wall, candidate.cells, scene.around, scene.ground_z)
     return before.open_ground > _TRACE * before.area
 

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.boxes import Box
 from frontage.openings.flights import points_before
+from frontage.openings.lintels import goes_on_above, is_covered
 from frontage.openings.observe import ObservedWall
 
-_RAIL_M, _PROBES = 1.0, 9  # m above a balustrade where the facade has ended, and at how many places
-_SKY_M = 2.0  # m above that where walls that a niche lies in would show
+_RAIL_M = 1.0  # m above a balustrade where the facade has ended
+_SKY_M, _COLUMNS = 2.0, 9  # m above that where walls around a niche would show, in most of so many columns
 _NEAR_M = 0.15  # m off the depth of the wall within which balusters stand
 _PITCH_M = 0.6  # m between balusters at most
 _LONG = 1.25  # times its height that a balustrade is long at least, unlike casements with bars
@@ -26,31 +26,17 @@ _HELD, _TOLD = 0.3, 10
 def are_balustrades(places: Sequence[Box], wall: ObservedWall, scan: Scan) -> list[bool]:
     """Returns which places are balustrades at the upper end of a wall, with nothing but sky above their rail.
 
-    Balusters that stand as close together as they must hold the depth of the wall there. Grilles of windows
-    have wall above them.
+    Points at the depth of the wall stand there in a row of posts, close together. Grilles of windows have
+    wall above them.
     """
     ring = shapely.make_valid(shapely.Polygon(wall.facade.outline))
-    rows = [_ends_above(ring, place) and _is_row_of_posts(wall, place) for place in places]
+    rows = [not goes_on_above(ring, place, _RAIL_M) and _is_row_of_posts(wall, place) for place in places]
     if not any(rows):
         return rows
     before = points_before(wall.facade, scan, MASONRY.relief)
-    return [is_row and not _is_covered(before, place) for is_row, place in zip(rows, places, strict=True)]
-
-
-def _ends_above(ring: shapely.Geometry, place: Box) -> bool:
-    """Returns whether the outline of the facade ends a little above most of a place."""
-    x0, _, x1, z1 = place
-    x = np.linspace(x0, x1, _PROBES + 2)[1:-1]
-    within: Bool = shapely.contains_xy(ring, x, np.full(_PROBES, z1 + _RAIL_M))
-    return bool(2 * within.sum() < _PROBES)
-
-
-def _is_covered(points: Float, place: Box) -> bool:
-    """Returns whether points (n, 3) m, sorted by x, lie above the rail over most of the length of a place."""
-    x0, _, x1, z1 = place
-    x, _, z = points[slice(*np.searchsorted(points[:, 0], [x0, x1]))].T
-    above = (z > z1 + _RAIL_M) & (z < z1 + _RAIL_M + _SKY_M)
-    return bool(2 * (np.histogram(x[above], _PROBES, (x0, x1))[0] > 0).sum() > _PROBES)
+    sky = (_RAIL_M, _RAIL_M + _SKY_M)
+    told = zip(rows, places, strict=True)
+    return [is_row and not is_covered(before, place, sky, _COLUMNS) for is_row, place in told]
 
 
 def _is_row_of_posts(wall: ObservedWall, place: Box) -> bool:

@@ -10,6 +10,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
 from frontage.openings.flights import points_before
 
 _ABOVE, _PROBES = 0.1, 9  # m above the top where the facade may go on, and at how many places
@@ -24,26 +25,30 @@ def have_lintels(outlines: Sequence[Outline], facade: Facade, scan: Scan) -> lis
     The gap between two dormers ends where they do, and so does the facade.
     """
     ring = shapely.make_valid(shapely.Polygon(facade.outline))
-    closed = [o.borders[3].is_seen or _goes_on(ring, o) for o in outlines]
+    closed = [o.borders[3].is_seen or goes_on_above(ring, o.place, _ABOVE) for o in outlines]
     if all(closed):
         return closed
     points = points_before(facade, scan, MASONRY.relief)
     wide = _SPACINGS * facade.spacing
-    return [is_closed or _is_covered(points, o, wide) for is_closed, o in zip(closed, outlines, strict=True)]
+    number = [max(1, round((o.place[2] - o.place[0]) / wide)) for o in outlines]
+    told = zip(closed, outlines, number, strict=True)
+    return [is_closed or is_covered(points, o.place, (0.0, _REACH), n) for is_closed, o, n in told]
 
 
-def _goes_on(ring: shapely.Geometry, outline: Outline) -> bool:
-    """Returns whether the outline of the facade goes on above most of an opening."""
-    x0, _, x1, z1 = outline.place
+def goes_on_above(ring: shapely.Geometry, place: Box, above: float) -> bool:
+    """Returns whether the outline of the facade holds what lies `above` m over most of a place."""
+    x0, _, x1, z1 = place
     x = np.linspace(x0, x1, _PROBES + 2)[1:-1]
-    within: Bool = shapely.contains_xy(ring, x, np.full(_PROBES, z1 + _ABOVE))
+    within: Bool = shapely.contains_xy(ring, x, np.full(_PROBES, z1 + above))
     return bool(within.mean() > _HALF)
 
 
-def _is_covered(points: Float, outline: Outline, wide: float) -> bool:
-    """Returns whether points (n, 3) m, sorted by x, lie in most columns, `wide` m wide, above an opening."""
-    x0, _, x1, z1 = outline.place
+def is_covered(points: Float, place: Box, above: tuple[float, float], number: int) -> bool:
+    """Returns whether points (n, 3) m, sorted by x, lie in most of a `number` of columns over a place.
+
+    above  m, between which heights over the upper end of the place
+    """
+    x0, _, x1, z1 = place
     x, _, z = points[slice(*np.searchsorted(points[:, 0], [x0, x1]))].T
-    above = (z > z1) & (z < z1 + _REACH)
-    columns = np.linspace(x0, x1, max(1, round((x1 - x0) / wide)) + 1)
-    return bool((np.histogram(x[above], columns)[0] > 0).mean() > _HALF)
+    over = (z > z1 + above[0]) & (z < z1 + above[1])
+    return bool((np.histogram(x[over], np.linspace(x0, x1, number + 1))[0] > 0).mean() > _HALF)

@@ -115,7 +115,7 @@ def _measured(
 
 
 def _are_real(outlines: Sequence[Outline], wall: ObservedWall, scan: Scan) -> list[bool]:
-    """Returns which outlines are openings: told, with jambs and a lintel, and no roofs or balustrades."""
+    """Returns which outlines are openings: told, with jambs and lintels, and neither roof nor balustrade."""
     facade, places = wall.facade, [o.place for o in outlines]
     others = zip(
         are_roofs(places, wall.beams.points, facade.spacing), are_balustrades(places, wall, scan), strict=True

@@ -58,11 +58,11 @@ def relief(bin_: Array, row: Array, d: Float, keep: Bool, n: int) -> Float:
 def tracked_offset(at: Array, d: Float, n: int) -> Float:
     """Returns the wall's offset (n,) m in each bin: the best surface from end to end of the front.
 
-    Every bin tells for each layer how much of its wall lies there, with the help of its neighbours, and twice
-    the wall tells little more than half of it. A step costs as much as half of a recess that is too narrow
-    to be more than an opening. So neither a door nor the wall of a room that was scanned from within, which
-    shows more of itself than the front between its windows, draws the surface into the house. NaN where
-    there is no wall.
+    Every bin tells for each layer how much of its wall lies there, with the help of its neighbours. The
+    logarithm of the leaves counts, so that twice as much wall counts little more. A step costs as much as
+    half of a recess that is too narrow to be more than an opening. So neither a door nor the wall of a room
+    that was scanned from within, which shows more of itself than the front between its windows, draws the
+    surface into the house. NaN where there is no wall.
     """
     if not len(d):
         return np.full(n, np.nan)
@@ -78,9 +78,10 @@ def tracked_offset(at: Array, d: Float, n: int) -> Float:
 
 
 def _best_path(share: Float) -> Int:
-    """Returns the layer (n,) of every bin on the path with the largest sum of shares (n, l), less its steps.
+    """Returns the layer (n,) of every bin on the best path from end to end.
 
-    The path may change by one layer from bin to bin for nothing, because walls slant.
+    That is the path with the largest sum of shares (n, l), from which its steps are taken off. It may change
+    by one layer from bin to bin for nothing, because walls slant.
     """
     n, layers = share.shape
     total, came = share[0].copy(), np.empty((n, layers), np.int64)
@@ -88,11 +89,10 @@ def _best_path(share: Float) -> Int:
     for i in range(1, n):
         beside = np.stack([np.roll(total, 1), total, np.roll(total, -1)])
         beside[0, 0] = beside[2, -1] = -np.inf
-        near = beside.argmax(0)
         best = int(total.argmax())
-        steps = total[best] - _STEP_BINS > beside.max(0)
-        came[i] = np.where(steps, best, own + near - 1)
-        total = share[i] + np.where(steps, total[best] - _STEP_BINS, beside.max(0))
+        near, far = beside.max(0), total[best] - _STEP_BINS
+        came[i] = np.where(far > near, best, own + beside.argmax(0) - 1)
+        total = share[i] + np.maximum(near, far)
     path = np.empty(n, np.int64)
     path[-1] = total.argmax()
     for i in range(n - 1, 0, -1):

@@ -156,7 +156,7 @@ def _without_open_space(
 
 
 def _stands_before(facade: PlanFacade, other: PlanFacade, depth: float) -> bool:
-    """Decides whether a facade stands in the space before another one with more than its end."""
+    """Decides whether more than the end of a facade stands in the space before another one."""
     before = other.strip(-OVERSHOOT_M, other.length + OVERSHOOT_M, -depth)
     inside = LineString(facade.ends).intersection(before)
     return bool(inside.length > OVERSHOOT_M)
