@@ -22,6 +22,9 @@ def _verdict(
     paint: float = 0.0,
     high: int = _N,
     gaps: tuple[int, ...] = (),
+    edge: float = 0.0,
+    lower: int = 0,
+    moulding: tuple[int, int] = (2, 0),
 ) -> Verdict:
     """Judges a step of the eaves at bin 40.
 
@@ -31,6 +34,9 @@ def _verdict(
     paint    Delta E, by which the right side has another colour
     high     bins of the right side that are higher than the left one
     gaps     bins of the right side that are not
+    edge     m, by which the right side projects in the bin of the eaves
+    lower    bins by which the moulding of the right side is lower
+    moulding bins below the lower eaves where the moulding begins and ends
     """
     n, rows = _N, round(_HIGH / BIN_M)
     top = np.repeat([_LOW, _HIGH], n // 2)
@@ -38,7 +44,10 @@ def _verdict(
     top[n // 2 + np.array(gaps, int)] = _LOW
     relief = np.zeros((n, rows))
     low = round(_LOW / BIN_M)
-    relief[:, low - 2 : low] = cornice
+    foot, head = low - moulding[0], low - moulding[1]
+    relief[: n // 2, foot:head] = cornice
+    relief[n // 2 :, foot - lower : head - lower] = cornice
+    relief[n // 2 :, low] += edge
     if empty:
         relief[: n // 2, low + 1 :] = np.nan
     flat = np.zeros(n)
@@ -86,6 +95,18 @@ def test_a_wall_above_a_continuous_cornice_is_a_parapet() -> None:
     found = _verdict(empty=True, cornice=0.4)
     assert not found.cues
     assert not found.convincing
+
+
+def test_a_cornice_continues_whatever_its_topmost_bin_shows() -> None:
+    """Wall fills only a part of that bin, and noise decides which part."""
+    assert not _verdict(empty=True, cornice=0.4, edge=-0.5).cues
+
+
+def test_storeys_at_two_heights_have_no_common_cornice() -> None:
+    """The reliefs are alike, and more so when one side is shifted."""
+    assert _verdict(empty=True, cornice=0.4, lower=1).cues == ("eaves",)
+    assert _verdict(empty=True, cornice=0.4, lower=1, moulding=(20, 6)).cues == ("eaves",)
+    assert not _verdict(empty=True, cornice=0.4, moulding=(20, 6)).cues
 
 
 def test_wings_under_one_cornice_may_differ_in_relief_and_openings() -> None:

@@ -20,7 +20,8 @@ _FEWEST_BETWEEN = 2  # bins at the level of the lower side between higher ones, 
 _LEAST_STEP_M = 0.05  # m, of the plane at one height
 _CROWN_BINS = 12  # bins (3 m) below the eaves: cornice, frieze and the uppermost lintels
 _MOULDED_M = 0.04  # m, spread of the relief over these bins from which it tells something
-_SAME_CORNICE = 0.8  # correlation of the relief on both sides of a cut that shows one cornice
+_SAME_CORNICE = 0.75  # correlation of the relief on both sides of a cut that shows one cornice
+_SIGMAS = 2.0  # standard errors by which a shifted relief must be more alike
 _REMAINDER = 0.5  # share of the higher side's wall that the lower side may show above its eaves
 
 
@@ -76,22 +77,34 @@ def is_step_kept(profile: FrontProfile, left: BinRange, right: BinRange) -> bool
 
 
 def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
-    """Decides whether the relief under the lower eaves is the same on both sides.
+    """Decides whether the relief under the lower eaves is the same on both sides, at the same height.
 
     Then what rises above one of them is a railing or a parapet (or was measured there only), and not the
-    wall of a neighbour.
+    wall of a neighbour. The height bin of the eaves is left out, because wall fills only a part of it. The
+    relief of neighbours whose storeys differ by a bin fits much better when one side is shifted by it.
     """
     parts = last_bins(left, NEAR_BINS), first_bins(right, NEAR_BINS)
     tops = _median_tops(profile, parts)
     if not np.isfinite(tops).all():
         return False
-    last = int((min(tops) - profile.base) / BIN_M) + 1
+    last = int((min(tops) - profile.base) / BIN_M)
     rows = slice(max(0, last - _CROWN_BINS), max(0, last))
     a, b = (median_of_bins(profile.relief[part, rows]) for part in parts)
     known = np.isfinite(a) & np.isfinite(b)
     if known.sum() < _CROWN_BINS // 2 or min(np.std(a[known]), np.std(b[known])) < _MOULDED_M:
         return False
-    return bool(np.corrcoef(a[known], b[known])[0, 1] > _SAME_CORNICE)
+    same = _correlation(a, b)
+    shifted = max(_correlation(a[1:], b[:-1]), _correlation(a[:-1], b[1:]))
+    doubt = _SIGMAS / np.sqrt(known.sum() - 3)  # of a correlation's Fisher transform
+    return same > _SAME_CORNICE and np.arctanh(shifted) <= np.arctanh(same) + doubt
+
+
+def _correlation(a: Float, b: Float) -> float:
+    """Correlation of two reliefs (r,) where both are known, within 0.999; 0 if one of them is flat."""
+    known = np.isfinite(a) & np.isfinite(b)
+    if known.sum() < 2 or min(np.std(a[known]), np.std(b[known])) == 0:
+        return 0.0
+    return float(np.clip(np.corrcoef(a[known], b[known])[0, 1], -0.999, 0.999))
 
 
 def _median_tops(profile: FrontProfile, parts: tuple[slice, slice]) -> list[Float]:
