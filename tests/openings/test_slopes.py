@@ -21,6 +21,15 @@ def test_a_roof_that_begins_at_the_wall_is_one(pitch):
     assert are_roofs([PLACE, (5.0, 7.0, 6.5, 9.0)], roof, 0.02) == [True, False]
 
 
+def test_the_sides_of_dormers_beside_a_roof_do_not_hide_it():
+    """They are seen along the roof, so that they hold most of the points in little of the width."""
+    roof = surface(lambda z: z - 7.0)
+    rng = np.random.default_rng(2)
+    z = rng.uniform(7.0, 9.0, 20000)
+    side = np.column_stack([rng.choice([2.02, 3.48], len(z)), rng.uniform(0.0, 1.0, len(z)) * (z - 7.0), z])
+    assert are_roofs([PLACE], np.vstack([roof, side]), 0.015) == [True]
+
+
 @pytest.mark.parametrize("depth", [lambda z: np.full(len(z), 0.2), lambda z: 0.3 - (z - 7.0) * 0.5])
 def test_blinds_and_what_leans_to_the_street_are_none(depth):
     assert are_roofs([PLACE], surface(depth), 0.02) == [False]

@@ -7,8 +7,9 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.model.masonry import TOLERANCES
 from frontage.openings.boxes import Box
-from frontage.openings.protrusions.boxes import filled, within
+from frontage.openings.protrusions.boxes import within
 from frontage.openings.protrusions.pieces import fit_slanted_line
+from frontage.raster.gridding import cell_index, cell_quantiles
 
 _TILES_M = 0.05  # m, thickness of a covering of tiles
 _SPACINGS = 3.0  # spacings that a cell is wide that tells whether a roof shows in it
@@ -32,11 +33,21 @@ def are_roofs(places: Sequence[Box], points: Float, spacing: float) -> list[bool
 
 
 def _is_roof(p: Float, place: Box, spacing: float) -> bool:
-    """Returns whether most of a place is filled by points (n, 3) m on a plane that leans back."""
+    """Returns whether most of a place is filled by points (n, 3) m on a plane that leans back.
+
+    Every cell tells one depth, so that the sides of dormers beside a roof, which hold many points in little
+    width, do not decide.
+    """
     if len(p) < _FEWEST:
         return False
-    at, slope, _ = fit_slanted_line(p[:, 2], p[:, 1])
+    cell = _SPACINGS * spacing
+    shape = int((place[3] - place[1]) / cell) + 1, int((place[2] - place[0]) / cell) + 1
+    at, inside = cell_index((p[:, [0, 2]] - place[:2]) / cell, shape)
+    (depth,), _ = cell_quantiles(at, p[inside, 1], shape, (0.5,))
+    row, column = np.nonzero(np.isfinite(depth))
+    height, behind = row * cell, depth[row, column]
+    foot, slope, _ = fit_slanted_line(height, behind)
     if slope < np.tan(np.radians(TOLERANCES.parallel_deg)):
         return False
-    on = np.abs(p[:, 1] - at - slope * p[:, 2]) <= _TILES_M
-    return on.mean() > _MOST and filled(p[on], place, _SPACINGS * spacing) > _MOST
+    on = np.abs(behind - foot - slope * height) <= _TILES_M
+    return bool(on.mean() > _MOST and on.sum() > _MOST * depth.size)
