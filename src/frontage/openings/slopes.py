@@ -45,7 +45,7 @@ def _is_roof(p: Float, place: Box, spacing: float) -> bool:
     at, inside = cell_index((p[:, [0, 2]] - place[:2]) / cell, shape)
     (depth,), _ = cell_quantiles(at, p[inside, 1], shape, (0.5,))
     row, column = np.nonzero(np.isfinite(depth))
-    height, behind = row * cell, depth[row, column]
+    height, behind = np.asarray(row * cell, np.float64), depth[row, column]
     foot, slope, _ = fit_slanted_line(height, behind)
     if slope < np.tan(np.radians(TOLERANCES.parallel_deg)):
         return False

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
-from frontage.openings.wall.raster import WallRaster
-from frontage.openings.wall.surface import TILE, value_at, wall_depth
+from frontage.openings.wall.raster import TILE, WallRaster
+from frontage.openings.wall.surface import value_at, wall_depth
 from fronts import box_of, scan_wall
 from openings.boxes import box, scanned
 

@@ -11,9 +11,9 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
 from frontage.openings.wall.fields import FieldOfView, fields_of_view
-from frontage.openings.wall.raster import WallRaster
+from frontage.openings.wall.raster import FITTING, TILE, WallRaster
 from frontage.openings.wall.roofs import roof_level
-from frontage.openings.wall.surface import FITTING, TILE, value_at, wall_depth
+from frontage.openings.wall.surface import value_at, wall_depth
 
 _APART = 2.0  # spacings between a fitting's point and its shadow from which they lie in different cells
 _REACH = 60.0  # m behind the wall that a beam through it may reach

@@ -13,9 +13,8 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.expected import blurred, expected_beams
 from frontage.openings.wall.fields import zones
-from frontage.openings.wall.raster import WallRaster, averaged
+from frontage.openings.wall.raster import FITTING, WallRaster, averaged
 from frontage.openings.wall.shadow import shadows_of_fittings
-from frontage.openings.wall.surface import FITTING
 
 BARS = 0.12
 """Share of the expected beams that bars and frames level with the wall return."""

@@ -12,6 +12,12 @@ from frontage.raster.memory import require_memory
 _ROUNDING = 1e-6  # of a cell, by which places may be off
 _CELL_BYTES = 64  # of a cell: eight numbers, its evidence and what it is computed from
 
+TILE = 0.25
+"""m, side of the tiles that hold the depth of the wall."""
+
+FITTING = 0.3
+"""m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover."""
+
 
 @dataclass(frozen=True)
 class WallRaster:

@@ -9,8 +9,8 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import SHADED, Evidence
-from frontage.openings.wall.raster import opened
-from frontage.openings.wall.surface import FITTING, recess_depth, value_at
+from frontage.openings.wall.raster import FITTING, opened
+from frontage.openings.wall.surface import recess_depth, value_at
 
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
 

@@ -5,7 +5,8 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY
-from frontage.openings.wall.raster import WallRaster
+from frontage.openings.wall.raster import FITTING, TILE, WallRaster
+from frontage.openings.wall.setback import is_set_back_foot, with_set_back_tops
 
 _FINE = 8  # cells of a tile, along and across, in which its area is counted
 _KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
@@ -18,12 +19,6 @@ _STEPS = 6  # steps of the search for the fullest layer, in its thickness
 _BESIDE = 1.5
 _PIER = 0.4  # share of a tile that a pier fills
 
-TILE = 0.25
-"""m, side of the tiles that hold the depth of the wall."""
-
-FITTING = 0.3
-"""m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover."""
-
 
 def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = True) -> Float:
     """Returns the depth (h, w) y m of the surface that fills much of the area around each tile.
@@ -35,7 +30,8 @@ def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = Tr
     own, area, y, slack = _areas(xyz, raster, roughness)
     wall = _without_recesses(_chosen(area, y, slack, rays), own, y, slack)
     stepped = _stepped(wall, own, y, slack)
-    wall = stepped if rays else np.where(_set_back_foot(stepped, slack), stepped, wall)
+    wall = stepped if rays else np.where(is_set_back_foot(stepped, slack), stepped, wall)
+    wall = with_set_back_tops(wall, own, y, slack)
     return _refined(wall, xyz, raster, slack)
 
 
@@ -141,21 +137,6 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     stepped = np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
     # panes and frames may happen to lie as deep as the wall further back
     return _without_openings(_nearer(stepped, own, y, slack), slack)
-
-
-def _set_back_foot(wall: Float, slack: float) -> Bool:
-    """Returns the tiles (h, w) of a ground floor behind the plane, no deeper than fittings are thick.
-
-    It is wider than any opening, and there is a storey above it. Higher up, panes and curtains may be as full
-    as a wall where no line of sight tells them apart.
-    """
-    labels, _ = ndimage.label((wall > slack) & (wall <= FITTING + slack))
-    wide, below = int(MASONRY.largest_opening / TILE), len(wall) - int(MASONRY.room_height / TILE)
-    found = np.zeros(wall.shape, np.bool_)
-    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
-        if rows.start == 0 and rows.stop <= below and columns.stop - columns.start > wide:
-            found |= labels == number
-    return found
 
 
 def _nearer(wall: Float, own: Array, y: Float, slack: float) -> Float:
