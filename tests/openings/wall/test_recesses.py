@@ -8,7 +8,9 @@ import pytest
 from frontage.openings import FoundOpenings, find_openings
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
+from frontage.openings.wall.raster import TILE, WallRaster
 from frontage.openings.wall.recesses import with_recesses
+from frontage.openings.wall.surface import recess_depth, value_at
 from openings.boxes import box, scanned
 
 COLUMNS = ((0.0, 0.5), (3.75, 4.25), (7.5, 8.0))
@@ -66,3 +68,17 @@ def test_a_window_beside_a_recess_stays_in_its_own_wall():
     beams = sort_beams(facade, scan, depth)
     assert np.abs(beams.depth_at(np.linspace(x0, x1, 9), np.full(9, 4.7))).max() < 0.02
     assert beams.depth_at(np.array([6.5]), np.array([4.7])) == pytest.approx(0.8, abs=0.02)
+
+
+@pytest.mark.parametrize(("right", "depth"), [(0.2, 0.2), (0.3, 0.5)])
+def test_a_window_higher_than_others_has_a_frame_of_one_depth_all_round(right, depth):
+    """A lattice of 3.8 x 7 m in a recess; between jambs that differ it may be a wall that is set back."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform((0.0, 0.195, 0.0), (5.5, 0.205, 9.0), (60_000, 3))
+    x, _, z = points.T
+    lattice = (x > 0.85) & (x < 4.65) & (z > 1.0) & (z < 8.0)
+    points[x >= 4.65, 1] += right - 0.2
+    points[lattice, 1] = np.where(rng.random(lattice.sum()) < 0.7, 0.5, 0.4)
+    raster = WallRaster((0.0, 0.0), TILE, (36, 22))
+    found = recess_depth(points[~lattice | (rng.random(len(points)) < 0.6)], raster, 0.005)
+    assert value_at(found, raster, np.array([2.75]), np.array([4.5])) == pytest.approx(depth, abs=0.02)

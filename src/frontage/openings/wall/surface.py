@@ -17,6 +17,7 @@ _SAME = 3.01
 _STEPS = 6  # steps of the search for the fullest layer, in its thickness
 # m: the wall that a pier belongs to is that near; a recess smaller than that is no bay of the wall
 _BESIDE = 1.5
+_FRAMED = 0.8  # share of the tiles around a window that its frame fills
 _PIER = 0.4  # share of a tile that a pier fills
 
 
@@ -43,7 +44,8 @@ def recess_depth(xyz: Float, raster: WallRaster, roughness: float) -> Float:
     """
     own, area, y, slack = _areas(xyz, raster, roughness)
     fullest = _filled(y[area.argmax(2)], np.asarray(area.max(2) <= 0.0))
-    return _refined(_without_recesses(fullest, own, y, slack), xyz, raster, slack)
+    wall = _without_framed(_without_recesses(fullest, own, y, slack), slack)
+    return _refined(wall, xyz, raster, slack)
 
 
 def _areas(xyz: Float, raster: WallRaster, roughness: float) -> tuple[Array, Array, Float, float]:
@@ -112,6 +114,22 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
 def _without_openings(wall: Float, slack: float) -> Float:
     """Fills the tiles (h, w) that lie deeper than those around them and are no larger than an opening."""
     return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
+
+
+def _without_framed(wall: Float, slack: float) -> Float:
+    """Fills the parts (h, w) that lie deeper than a frame of one depth that goes all round them.
+
+    They are windows that are narrower or lower than a set-back part, however long.
+    """
+    labels, _ = ndimage.label(wall > np.minimum(*_opened(wall)) + slack)
+    framed = np.zeros(wall.shape, np.bool_)
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        near = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in (rows, columns))
+        part = labels[near] == number
+        ring = wall[near][ndimage.binary_dilation(part, np.ones((3, 3), bool)) & ~part]
+        if len(ring) and np.mean(np.abs(ring - np.median(ring)) <= slack) >= _FRAMED:
+            framed[near] |= part
+    return _filled(wall, framed)
 
 
 def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
