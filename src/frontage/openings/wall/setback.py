@@ -14,7 +14,7 @@ from frontage.openings.wall.raster import FITTING, TILE
 _SHOWN = 0.25  # share of a tile's points that show a wall
 _LAYER = 0.25  # share of a part's points that lie on its wall, among windows
 _LEAST_M2 = 0.5  # m2 of a part that must show its wall where the depth of the nearer one was taken
-_WALLED = 0.2  # share of a part's rows beside which the nearer wall may stand
+_WALLED = 0.2  # share of a part's rows that may have the nearer wall on one side
 
 
 def is_set_back_foot(wall: Float, slack: float) -> Bool:
@@ -48,22 +48,25 @@ def with_set_back_tops(wall: Float, own: Array, y: Float, slack: float) -> Float
     goes_on = np.maximum.accumulate(nearer[::-1])[::-1]  # the nearer wall shows here or higher up
     seen = np.maximum.accumulate((total > 0)[::-1])[::-1]
     labels, _ = ndimage.label(seen & ~goes_on)
+    held = np.where(np.abs(y - wall[..., None]) <= slack, own, 0.0).sum(2)
+    missed = held <= _SHOWN * total  # tiles that do not show the wall that they were taken for
     out = wall.copy()
-    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
-        part = np.zeros(wall.shape, np.bool_)
-        part[rows, columns] = labels[rows, columns] == number
-        depth = None if _is_walled(part, goes_on) else _layer(own[part], y, slack)
-        if depth is not None:
-            held = np.where(np.abs(y - wall[..., None]) <= slack, own, 0.0).sum(2)
-            lost = part & (wall < depth - slack) & (held <= _SHOWN * total)
-            told = np.where(np.abs(y - depth) <= slack, own, 0.0).sum(2) > total / 2.0
-            if (lost & told).sum() * TILE**2 >= _LEAST_M2:
-                out[lost] = depth
+    for number, count in enumerate(np.bincount(labels.ravel())[1:], 1):
+        part = labels == number
+        if count * TILE**2 < _LEAST_M2 or _is_walled(part, goes_on):
+            continue
+        depth = _layer(own[part], y, slack)
+        if depth is None:
+            continue
+        lost = part & missed & (wall < depth - slack)
+        told = np.where(np.abs(y - depth) <= slack, own, 0.0).sum(2) > total / 2.0
+        if (lost & told).sum() * TILE**2 >= _LEAST_M2:
+            out[lost] = depth
     return out
 
 
 def _is_walled(part: Bool, goes_on: Bool) -> bool:
-    """Returns whether the nearer wall stands on both sides, or on one, of most rows of a part (h, w)."""
+    """Returns whether the nearer wall stands to the left or to the right of many rows of a part (h, w)."""
     edge = np.pad(goes_on, ((0, 0), (1, 1)))
     rows = part.any(1)
     walled = [np.any(part & beside, axis=1)[rows].mean() for beside in (edge[:, :-2], edge[:, 2:])]
