@@ -42,7 +42,8 @@ def _is_roof(p: Float, place: Box, spacing: float) -> bool:
         return False
     cell = _SPACINGS * spacing
     shape = int((place[3] - place[1]) / cell) + 1, int((place[2] - place[0]) / cell) + 1
-    at, inside = cell_index((p[:, [0, 2]] - place[:2]) / cell, shape)
+    start = (place[0] + place[2] - shape[1] * cell) / 2.0, place[1]  # alike in a mirrored facade
+    at, inside = cell_index((p[:, [0, 2]] - start) / cell, shape)
     (depth,), _ = cell_quantiles(at, p[inside, 1], shape, (0.5,))
     row, column = np.nonzero(np.isfinite(depth))
     height, behind = np.asarray(row * cell, np.float64), depth[row, column]
