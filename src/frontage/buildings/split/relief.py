@@ -100,7 +100,7 @@ def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange
 
 
 def _correlation(a: Float, b: Float) -> float:
-    """Correlation of two reliefs (r,) where both are known, within 0.999; 0 if one of them is flat."""
+    """Returns the correlation of two reliefs (r,) where both are known, at most 0.999; 0 if one is flat."""
     known = np.isfinite(a) & np.isfinite(b)
     if known.sum() < 2 or min(np.std(a[known]), np.std(b[known])) == 0:
         return 0.0

@@ -1,7 +1,7 @@
-"""Parts of a wall that are set back by less than fittings are thick: its foot, and a storey at its top.
+"""Parts of a wall that stand back by up to 30 cm: its ground floor, or dormers and storeys at its top.
 
-Where sensor positions are unknown, panes and curtains pass for such a wall. What tells them apart is that
-openings have jambs: a wall that is set back goes on where nothing of the nearer wall stands beside it.
+Without sensor positions, panes and curtains look like such a wall. Openings have jambs; beside a part that
+stands back, there is nothing of the nearer wall.
 """
 
 import numpy as np
@@ -33,40 +33,51 @@ def is_set_back_foot(wall: Float, slack: float) -> Bool:
 
 
 def with_set_back_tops(wall: Float, own: Array, y: Float, slack: float) -> Float:
-    """Returns the depth (h, w) y m of the wall, with dormers and storeys above it that are set back.
+    """Returns the depth (h, w) y m of the wall, with dormers and storeys above it that stand back.
 
-    The surroundings that determine a depth reach across the step, so that the nearer wall below counts for
-    the lowest metre of what stands behind it, and all that is between its windows would be open. Such a part
-    lies above all that its columns show of the nearer wall, which stands on neither side of it, and one layer
-    of its points is its wall.
+    The depth of a tile is taken from its surroundings. These reach across the step, so that the lowest metre
+    of such a part gets the depth of the nearer wall below it, and its piers count as open. A part stands back
+    if it lies above everything that its columns show of the nearer wall, if the nearer wall stands on neither
+    side of it, and if one layer of its points is a wall.
 
     own (h, w, bins) area that tiles show at depths y (bins,) m; slack m within which depths are the same
     """
-    shown = np.where(np.abs(y) <= slack, own, 0.0).sum(2)
     total = own.sum(2)
-    nearer = (shown > _SHOWN * total) & (total > 0)
+    nearer = (shown_at(0.0, own, y, slack).sum(2) > _SHOWN * total) & (total > 0)
     goes_on = np.maximum.accumulate(nearer[::-1])[::-1]  # the nearer wall shows here or higher up
     seen = np.maximum.accumulate((total > 0)[::-1])[::-1]
     labels, _ = ndimage.label(seen & ~goes_on)
-    held = np.where(np.abs(y - wall[..., None]) <= slack, own, 0.0).sum(2)
-    missed = held <= _SHOWN * total  # tiles that do not show the wall that they were taken for
+    area = np.bincount(labels.ravel())[1:] * TILE**2
     out = wall.copy()
-    for number, count in enumerate(np.bincount(labels.ravel())[1:], 1):
+    for number in 1 + np.flatnonzero(area >= _LEAST_M2):
         part = labels == number
-        if count * TILE**2 < _LEAST_M2 or _is_walled(part, goes_on):
-            continue
-        depth = _layer(own[part], y, slack)
-        if depth is None:
-            continue
-        lost = part & missed & (wall < depth - slack)
-        told = np.where(np.abs(y - depth) <= slack, own, 0.0).sum(2) > total / 2.0
-        if (lost & told).sum() * TILE**2 >= _LEAST_M2:
-            out[lost] = depth
+        if not _is_walled(part, goes_on):
+            out[part] = _part_depth(wall[part], own[part], y, slack)
     return out
 
 
+def _part_depth(wall: Float, own: Array, y: Float, slack: float) -> Float:
+    """Returns the depth (k,) m of the tiles of a part; those that do not show the wall get that of the part.
+
+    Nothing changes where no layer is a wall, or too few tiles show it.
+    """
+    depth = _layer(own, y, slack)
+    if depth is None:
+        return wall
+    total = own.sum(1)
+    missed = (shown_at(wall, own, y, slack).sum(1) <= _SHOWN * total) & (wall < depth - slack)
+    told = shown_at(depth, own, y, slack).sum(1) > total / 2.0
+    enough = (missed & told).sum() * TILE**2 >= _LEAST_M2
+    return np.where(missed, depth, wall) if enough else wall
+
+
+def shown_at(depth: Float | float, own: Array, y: Float, slack: float) -> Array:
+    """Returns the area that tiles (..., bins) show at a depth m, or each at its own (...,); elsewhere 0."""
+    return np.where(np.abs(y - np.asarray(depth)[..., None]) <= slack, own, 0.0)
+
+
 def _is_walled(part: Bool, goes_on: Bool) -> bool:
-    """Returns whether the nearer wall stands to the left or to the right of many rows of a part (h, w)."""
+    """Returns whether many rows of a part (h, w) have the nearer wall to their left, or to their right."""
     edge = np.pad(goes_on, ((0, 0), (1, 1)))
     rows = part.any(1)
     walled = [np.any(part & beside, axis=1)[rows].mean() for beside in (edge[:, :-2], edge[:, 2:])]
@@ -74,9 +85,9 @@ def _is_walled(part: Bool, goes_on: Bool) -> bool:
 
 
 def _layer(own: Array, y: Float, slack: float) -> float | None:
-    """Returns the depth m of the wall among a part's tiles (k, bins), or None if no layer is one.
+    """Returns the depth m of the wall of a part's tiles (k, bins), or None where no layer holds enough.
 
-    Of layers that hold about as much, the wall is the foremost: panes lie behind it.
+    Of layers that hold about as much, the foremost is the wall: panes lie behind it.
     """
     area = own.sum(0)
     held = np.array([area[np.abs(y - depth) <= slack / 2.0].sum() for depth in y])

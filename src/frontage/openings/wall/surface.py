@@ -6,7 +6,7 @@ from scipy import ndimage
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.raster import FITTING, TILE, WallRaster
-from frontage.openings.wall.setback import is_set_back_foot, with_set_back_tops
+from frontage.openings.wall.setback import is_set_back_foot, shown_at, with_set_back_tops
 
 _FINE = 8  # cells of a tile, along and across, in which its area is counted
 _KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
@@ -104,8 +104,7 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     panel = (ndimage.grey_closing(wall, (bay, bay)) > wall + slack) & (wall < -FITTING)
     wall = _filled(wall, panel)
     beside = ndimage.minimum_filter(wall, bay)
-    level = np.abs(y - beside[..., None]) <= slack
-    pier = np.einsum("rcb,rcb->rc", own, level) > _PIER * own.sum(2)
+    pier = shown_at(beside, own, y, slack).sum(2) > _PIER * own.sum(2)
     high, wide = _opened(wall)
     wall = np.where(pier & (wall > np.minimum(high, wide) + slack), beside, wall)
     return _without_openings(wall, slack)
@@ -117,9 +116,9 @@ def _without_openings(wall: Float, slack: float) -> Float:
 
 
 def _without_framed(wall: Float, slack: float) -> Float:
-    """Fills the parts (h, w) that lie deeper than a frame of one depth that goes all round them.
+    """Fills the deeper parts (h, w) that have a frame of one depth all round them.
 
-    They are windows that are narrower or lower than a set-back part, however long.
+    They are windows too long for `_without_openings`, but narrower or lower than a set-back part.
     """
     labels, _ = ndimage.label(wall > np.minimum(*_opened(wall)) + slack)
     framed = np.zeros(wall.shape, np.bool_)
@@ -145,7 +144,7 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     # The wall further back is looked for below and beside: what leans back above a wall is a roof.
     around = (reach + 1, 2 * reach + 1)
     behind = ndimage.maximum_filter(wall, around, origin=(reach // 2, 0), mode="nearest")
-    at_depth = (np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0) for depth in (wall, behind))
+    at_depth = (shown_at(depth, own, y, slack) for depth in (wall, behind))
     (held, held_most), (shown, shown_most) = ((area.sum(2), area.max(2)) for area in at_depth)
     is_full = np.maximum(held_most, shown_most) > _FINE**2 / 2
     is_wall = (np.maximum(held, shown) > own.sum(2) / 2) | is_full
@@ -161,7 +160,7 @@ def _nearer(wall: Float, own: Array, y: Float, slack: float) -> Float:
     """Returns the depth (h, w) m of the wall; tiles full of a nearer wall beside them belong to it."""
     reach = int(3.0 * _KERNEL / TILE)
     before = ndimage.minimum_filter(wall, (1, 2 * reach + 1), mode="nearest")
-    shown = np.where(np.abs(y - before[..., None]) <= slack, own, 0.0)
+    shown = shown_at(before, own, y, slack)
     full = (shown.sum(2) > own.sum(2) / 2.0) & (shown.max(2) > _FINE**2 / 2)
     return np.where(full & (before < wall - slack) & (before >= wall - FITTING), before, wall)
 
