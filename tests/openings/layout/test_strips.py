@@ -57,6 +57,24 @@ def test_four_windows_in_a_cross_of_narrow_strips_are_four():
     assert np.abs(places - sorted(holes)).max() < 0.02
 
 
+def test_a_strip_parts_low_windows_whose_rails_fill_half_of_their_height():
+    columns, rows, edge = pair(0.1), [(2.5, 2.94), (3.03, 3.47), (3.56, 4.0)], 0.12
+    holes = [(x0, z0, x1, z1) for x0, _, x1, _ in columns for z0, z1 in rows]
+    strips = [
+        box(x0, x1, 0.0, 0.3, a, b) for x0, _, x1, _ in columns for a, b in [(2.94, 3.03), (3.47, 3.56)]
+    ]
+    rails = [
+        box(x0, x1, 0.1, 0.16, a, b)
+        for x0, z0, x1, z1 in holes
+        for a, b in [(z0, z0 + edge), (z1 - edge, z1)]
+    ]
+    frames = [b for hole in holes for b in framed(hole, 0.1)]
+    places = found_in([*wall(columns), *strips, *rails, *frames])
+    assert len(places) == 6
+    order = np.lexsort((places[:, 1], places[:, 0].round(1)))
+    assert np.abs(places[order] - holes).max() < 0.02
+
+
 def test_a_lying_strip_parts_windows_above_one_another():
     holes = pair(0.09, lying=True)
     field = (LEFT, LOW, RIGHT, HIGH)

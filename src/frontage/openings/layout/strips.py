@@ -27,6 +27,7 @@ _LONG = 0.3  # m: openings are at least as high and wide, and so are the strips 
 _NARROW = 0.07  # m: cover strips, bars of grilles and rails of railings are narrower
 _PROUD = 0.04  # m that cover strips stand out from the joinery behind them at most
 _FRAME = 0.04  # m beside a strip that the frame behind it fills
+_ROW = 0.1  # m, height of the rows in which panes are open or filled
 _UPRIGHT, _LYING = slice(None), slice(None, None, -1)  # the order of x and z, along and across a strip
 
 
@@ -121,7 +122,7 @@ def _strips(
             continue
         sides = [(x0 - _FRAME, z0, x0, z1), (x1, z0, x1 + _FRAME, z1)]
         is_framed = ends_in_wall and any(
-            _share(own, side, due) > FULL > _share(own, pane, due)
+            _is_frame(own, side, pane, due)
             for own in joinery
             for side, pane in zip(sides, panes, strict=True)
         )
@@ -140,10 +141,24 @@ def _is_deep(pane: Box, solid: Float, through: Float) -> bool:
     return bool(enough and np.median(own) > _PROUD)
 
 
-def _share(own: Float, box: Box, due: float) -> float:
-    """Returns the beams that ended in a box, as a share of the expected ones. `own` (2, n) is sorted by x."""
+def _is_frame(own: Float, side: Box, pane: Box, due: float) -> bool:
+    """Decides whether joinery fills a `side` of a strip along the rows where the `pane` beside it is open.
+
+    Rails and blinds fill the rows of several panes one above the other. `own` (2, n) m are the places of the
+    points on a plane of joinery, sorted along the first axis. A wall returns `due` beams per m2.
+    """
+    _, z0, _, z1 = pane
+    number = max(int((z1 - z0) / _ROW), 1)
+    shares = [_shares(own, box, due, number) for box in (side, pane)]
+    free = shares[1] < FULL
+    return bool(free.sum() * (z1 - z0) / number >= _LONG and shares[0][free].mean() > FULL)
+
+
+def _shares(own: Float, box: Box, due: float, number: int) -> Float:
+    """Returns the beams that ended in each of a `number` of rows of a box, as shares of the expected ones."""
     x0, z0, x1, z1 = box
-    return float(points_within(own, box).shape[1] / (due * (x1 - x0) * (z1 - z0)))
+    counts = np.histogram(points_within(own, box)[1], number, (z0, z1))[0]
+    return np.asarray(counts * number / (due * (x1 - x0) * (z1 - z0)))
 
 
 def _open_along(llr: Float, number: int) -> Bool:
