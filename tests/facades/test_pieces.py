@@ -1,5 +1,7 @@
 """Every place of a front belongs to one of its planes, and none is lost between them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from frontage.facades.build import wall_spacing
@@ -70,6 +72,23 @@ def test_a_layer_in_two_parts_within_the_outline_of_a_wall_is_no_wall_of_its_own
         layer[row : row + 35, 10:70] = True
     (found,) = without_overlaps([_candidate(0.0, wall), _candidate(-0.2, layer)])
     assert found.wall.point[1] == 0.0
+
+
+def test_a_wall_of_which_hardly_anything_is_left_is_no_wall_of_its_own() -> None:
+    walls = []
+    for y, columns in ((0.0, slice(0, 80)), (0.2, slice(74, 82))):  # a front, and the side of a pilaster
+        wall = np.zeros((60, 100), np.bool_)
+        wall[:, columns] = True
+        walls.append(replace(_candidate(y, wall), cells=CellMap((0.0, 0.0), CELL, wall, wall, wall)))
+    (only,) = without_overlaps(walls)
+    assert (only.cells.whole == walls[0].cells.whole).all()
+
+
+def test_the_outline_of_one_column_of_cells_is_not_empty() -> None:
+    wall = np.zeros((60, 10), np.bool_)
+    wall[5:55, 5] = True
+    outline = CellMap((0.0, 0.0), CELL, wall, wall, wall).outline
+    assert np.ptp(outline[:, 1]) > 4.9
 
 
 def test_no_place_belongs_to_two_walls() -> None:

@@ -49,7 +49,7 @@ class CellMap:
         """Ring (k, 2) m of the outline, through the middles of its border cells, which are half filled."""
         ring = cells_ring(self.whole, self.corner, self.cell, 0.75 * self.cell)
         inner = Polygon(ring).buffer(-0.5 * self.cell, join_style="mitre")
-        parts = [part for part in shapely.get_parts(inner) if isinstance(part, Polygon)]
+        parts = [p for p in shapely.get_parts(inner) if isinstance(p, Polygon) and not p.is_empty]
         return polygon_ring(max(parts, key=lambda part: float(part.area))) if parts else ring
 
     def marked(self, x: Float, z: Float) -> Bool:

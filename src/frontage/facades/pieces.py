@@ -19,6 +19,9 @@ _FLAT_COS = 0.766  # cosine between walls that meet at a flat corner: 40 degrees
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
+_LEAST_LEFT_M2 = (
+    0.5 * MASONRY.room_height
+)  # of wall that a piece keeps: a pier of half a metre, one storey high
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
@@ -84,8 +87,8 @@ def _are_beside(a: FacadeCandidate, b: FacadeCandidate) -> bool:
 def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, FacadeCandidate | None]:
     """Divides the area that two outlines share between them, where each stays in one part.
 
-    The second one is a layer of the first one, and no wall of its own (None), if it falls apart and hardly
-    any of its wall lies beyond the outline of the first one.
+    The second one is a layer of the first one, and no wall of its own (None), if hardly any of it is left, or
+    if it falls apart and hardly any of its wall lies beyond the outline of the first one.
 
     What the first one loses because it is no longer connected with it, as a portal in the middle of the
     second one, goes back to the second one.
@@ -97,6 +100,8 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     second = _kept(b.cells, lost, shared)
     if second is None:
         return a, b if (b.cells.wall & ~shared).sum() >= _cells_of_least(b.cells) else None
+    if second.area < _LEAST_LEFT_M2:
+        return a, None
     own = replace(b, cells=second)
     first = _kept(a.cells, _shared(a, own)[0])
     if first is None:
