@@ -11,6 +11,7 @@ from frontage.crossbars.border import scanned_sides
 from frontage.crossbars.evidence import bars_by_evidence
 from frontage.crossbars.exposure import exposed_box
 from frontage.crossbars.options import CrossbarOptions
+from frontage.crossbars.scanbars import _CELL_M, _pane_density
 from frontage.crossbars.window import Window
 from frontage.geometry.arrays import Float
 from frontage.model import Glazing
@@ -143,3 +144,10 @@ def test_a_window_that_only_the_scan_shows_takes_the_layout_of_those_that_photos
     for order in ([hidden, *photographed], [*photographed, hidden]):
         found = [one.glazing for one in bars_by_evidence(order, CrossbarOptions())]
         assert all(one.resolved and one.counts == (1, 0) for one in found)
+
+
+def test_panes_of_a_dense_scan_have_a_density_without_overflow() -> None:
+    count = np.zeros((40, 40))
+    count[::8] = count[:, ::8] = 400.0  # points of bars in cells of one density
+    bars = 300.0 / _CELL_M**2
+    assert _pane_density(count, bars)[2, 2] < 0.1 * bars

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import uniform_filter, uniform_filter1d
+from scipy.special import expit, logit
 
 from frontage.crossbars.candidates import Box
 from frontage.crossbars.exposure import exposed_box
@@ -225,8 +226,8 @@ def _pane_density(count: Array, dense: float) -> Array:
     bars = dense * _CELL_M**2
     pane = np.full(count.shape, 0.3 * bars)
     for _ in range(_ROUNDS):
-        odds = _BAR_SHARE / (1 - _BAR_SHARE) * np.exp(count * np.log(bars / pane) - (bars - pane))
-        open_share = 1.0 / (1.0 + odds)
+        log_odds = logit(_BAR_SHARE) + count * np.log(bars / pane) - (bars - pane)
+        open_share = expit(-log_odds)  # the odds themselves are too large a number in dense scans
         mean = uniform_filter(open_share * count, _PANE_CELLS, mode="nearest")
         pane = mean / np.maximum(uniform_filter(open_share, _PANE_CELLS, mode="nearest"), 1e-3)
         pane = np.clip(pane, _STRAY * bars, 0.95 * bars)
