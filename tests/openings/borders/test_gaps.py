@@ -111,3 +111,12 @@ def test_a_small_gap_needs_a_frame_where_lines_of_sight_are_unknown(rays):
     (seen,) = measure(crossing_beams(facade, scan, wall.beams), [PANE], 0.04, 0.02)
     assert is_opening(seen)
     assert is_opening(replace(seen, depth=None)) is rays
+
+
+@pytest.mark.parametrize(("shown", "kept"), [(4, True), (3, True), (2, False)])
+def test_a_gap_of_middle_size_that_shows_nothing_behind_needs_most_of_its_borders(shown, kept):
+    facade, scan = scan_wall([(5.0, 1.4, 5.8, 3.2)], depth=0.15, rays=False)
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (seen,) = measure(crossing_beams(facade, scan, wall.beams), [(5.0, 1.4, 5.8, 3.2)], 0.04, 0.02)
+    borders = tuple(b if k < shown else replace(b, gain=0.0) for k, b in enumerate(seen.borders))
+    assert is_opening(replace(seen, borders=borders, depth=None)) is kept

@@ -87,6 +87,16 @@ def test_relief_alone_tells_a_shutter_before_or_behind_the_wall(wall, depth):
     assert found.depth is not None and found.depth.value == pytest.approx(depth, abs=0.005)
 
 
+@pytest.mark.parametrize(("shade", "number"), [(1.0, 0), (0.6, 1)])
+def test_what_steps_back_and_looks_like_the_wall_is_a_blind_window(wall, shade, number):
+    facade, scan = wall
+    xyz, leaf = scan.xyz.copy(), within(scan, GRID[SHUT])
+    xyz[leaf] += (xyz[leaf] - EYE) * (0.04 / 8.0)
+    light = brightness(scan) * np.where(leaf, shade, 1.0)
+    found = shutters(facade, replace(scan, xyz=xyz, intensity=light.astype(np.float32)))
+    assert len(found) == number
+
+
 def test_a_closed_shutter_under_an_arch_has_the_arch_of_its_like():
     rings = [ring_of("round", box, 0.55)[0] for box in GRID]
     rng = np.random.default_rng(0)

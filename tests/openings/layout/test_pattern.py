@@ -53,6 +53,32 @@ def test_a_window_that_was_not_found_is_found_in_its_row_and_column():
     assert one.proposal.place == pytest.approx(place, abs=0.02)
 
 
+@pytest.mark.parametrize(("share", "found"), [(0.3, 1), (0.7, 0)])
+def test_a_window_whose_foot_a_hedge_hides_is_found_above_it(share, found):
+    """The outline of the facade ends where the hedge begins."""
+
+    def told(truth):
+        known = evidence(truth)
+        x0, z0, x1, z1 = truth[2]
+        low = int((z0 + share * (z1 - z0) - known.raster.corner[1]) / known.raster.cell)
+        inside = known.inside.copy()
+        inside[:low] = False
+        return replace(known, inside=inside)
+
+    revisions, place, _ = revised(2, None, told)
+    assert len(revisions) == found
+    assert all(one.proposal.place == pytest.approx(place, abs=0.02) for one in revisions)
+
+
+def test_a_single_window_of_another_height_tells_the_column_of_a_window_in_a_row():
+    found, truth = front(1, rows=2, sigma=KNOWN)
+    upper = truth[9] + [0.0, 0.0, 0.0, 0.3]  # the only one of the upper row in this column is higher
+    outlines = pool([o for k, o in enumerate(found) if k not in (4, 9)] + [outline(tuple(upper), KNOWN)])
+    (one,) = revise(outlines, evidence([*truth[:9], upper]), [False] * len(outlines))
+    assert one.instead == ()
+    assert one.proposal.place == pytest.approx(truth[4], abs=0.02)
+
+
 def test_a_shadow_below_a_window_does_not_speak_for_the_wall_beside_it():
     wrong = (-0.5, -0.6, 0.0, 0.0)  # taken half a metre too far to the left, and down into the shadow
 

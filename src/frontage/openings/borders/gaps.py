@@ -5,7 +5,9 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.wall.evidence import WALL
 
 _SMALL = 0.6  # m: shadows of ledges, joints and pipes leave gaps that are narrower or lower
-_SMALL_EMPTY = 0.9  # m, the same of gaps that show no frame; patches that return little are larger
+_SMALL_EMPTY = (
+    0.9  # m, the same of gaps that show neither frame nor most borders, as patches that return little
+)
 _SURELY = 2.0  # sigmas by which a small opening is deeper than a panel
 _DEEP = 1 / 3  # share of what lies behind the wall that lies deeper than half a brick: panes and rooms
 _SHARE = 0.75  # share of the borders that nothing hides that a small opening shows
@@ -23,8 +25,9 @@ def is_opening(outline: Outline) -> bool:
     something stands before others, two and most of those left. It is deeper if its frame surely lies behind
     the panels of a wall, or if a third of what lies behind the wall is more than half a brick behind it. Of
     larger outlines, one border or the frame is enough: a scan leaves few gaps of that size in a wall that
-    have the form of a rectangle and wall around. Where neither shows, points are merely missing, as behind
-    the ledges of a frieze.
+    have the form of a rectangle and wall around. Where the frame does not show, most borders must, unless the
+    outline is larger than the patches that return little. Where neither shows, points are merely missing, as
+    behind the ledges of a frieze.
     """
     x0, z0, x1, z1 = outline.place
     size, depth = min(x1 - x0, z1 - z0), outline.depth
@@ -32,7 +35,7 @@ def is_opening(outline: Outline) -> bool:
     if outline.has_rays:
         return size >= _SMALL or shows_most(outline) or (depth is not None and seen)
     if depth is None:
-        return size >= _SMALL_EMPTY and seen
+        return (size >= _SMALL_EMPTY and seen) or (size >= _SMALL and shows_most(outline))
     if size >= _SMALL:
         return True
     is_deep = outline.sunken > _DEEP or depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel

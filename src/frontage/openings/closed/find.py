@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool
+from frontage.geometry.arrays import Bool, Float
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
@@ -27,6 +27,9 @@ from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 
 _SURE = 0.99  # posterior probability that an opening needs
+_TELLS = float(
+    np.log(_SURE / (1.0 - _SURE))
+)  # nats by which an opening must look different from a blind window
 _LIKELY = 3.0  # nats from which a place may be an opening, and is not used to learn how the wall looks
 _PRIOR = 0.05  # share of the crossings seen as wall that hold a closed opening
 _BESIDE = 0.06  # m: clear places nearer to one another belong to one opening
@@ -81,6 +84,29 @@ class _Peak:
     contrasts: Sequence[Contrast]
 
 
+def _are_blind(steps: Sequence[Float], walls: Sequence[Float], node: bool) -> Bool:
+    """Returns which places (n,) step back as openings do, but look like the wall: blind windows and panels.
+
+    `steps` (n, 4, c) and `walls` (4, c, c) are those of the layers. The first channel of the first layer is the
+    relief. Without any other channel nothing tells how a place looks, and none is blind.
+    """
+    relief, *look = (
+        gains_of(own[..., part], wall[:, part, part], node)
+        for own, wall, part in _channels(steps, walls)
+        if own.shape[2] > part.start
+    )
+    if not look:
+        return np.zeros(len(relief), np.bool_)
+    return np.asarray((relief > 0.0) & (np.maximum(look, 0.0).sum(0) < _TELLS), np.bool_)
+
+
+def _channels(steps: Sequence[Float], walls: Sequence[Float]) -> Iterator[tuple[Float, Float, slice]]:
+    """Yields the relief, and then what tells how places look, layer by layer, as parts of their channels."""
+    yield steps[0], walls[0], slice(0, 1)
+    yield steps[0], walls[0], slice(1, None)
+    yield from ((own, wall, slice(0, None)) for own, wall in zip(steps[1:], walls[1:], strict=True))
+
+
 def _beside_others(peaks: Sequence[_Peak]) -> Bool:
     """Returns which peaks (n,) may be one opening with one of those before them, seen from two cells."""
     corner = np.array([p.places.box(p.k)[:2] for p in peaks]).reshape(-1, 2)
@@ -118,7 +144,7 @@ class _Search:
             return []
         tries = sum(len(p.x) for p in places)
         price = float(np.log(tries * (1.0 - _PRIOR) / _PRIOR))
-        least = price + float(np.log(_SURE / (1.0 - _SURE)))
+        least = price + _TELLS
         clear = self._clear(places, known, likely, least)
         return [ClosedOpening(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
 
@@ -161,7 +187,9 @@ class _Search:
         steps = [v.picture.steps(places.x, places.z, places.form) for v in self._layers]
         gains = [gains_of(own, w, places.node) for own, w in zip(steps, walls, strict=True)]
         gain = np.maximum(gains, 0.0).sum(0)  # an opening need not show in all layers
-        for k in np.flatnonzero(gain >= least):
+        likely = np.flatnonzero(gain >= least)
+        likely = likely[~_are_blind([own[likely] for own in steps], walls, places.node)]
+        for k in likely:
             n = int(np.argmax([g[k] for g in gains]))
             contrasts = [Contrast(self._layers[n], *c) for c in contrasts_of(steps[n][k], walls[n])]
             yield _Peak(float(gain[k]), places, int(k), contrasts)

@@ -87,7 +87,10 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
     likeness = Likeness(evidence, [o.place for o in outlines])
     wall = Wall(evidence, outlines)
     judged = []
-    for one in [*_at_nodes(outlines, forms, likeness, firm), *_in_part(outlines, forms, likeness)]:
+    told = [*_at_nodes(outlines, forms, likeness, firm), *_in_part(outlines, forms, likeness)]
+    free = _at_nodes(outlines, forms, likeness, firm, alone=True)
+    told += [one for one in free if not is_near(one.place, places)]
+    for one in told:
         if is_near(one.place, firm) or not _is_on(one.place, evidence):
             continue
         rivals = tuple(np.flatnonzero(near_ones(one.place, places)).tolist())
@@ -102,14 +105,23 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
 
 
 def _at_nodes(
-    outlines: Sequence[Outline], forms: Forms, likeness: Likeness, firm: Sequence[Box]
+    outlines: Sequence[Outline],
+    forms: Forms,
+    likeness: Likeness,
+    firm: Sequence[Box],
+    *,
+    alone: bool = False,
 ) -> list[Proposal]:
-    """Returns what the rows and columns of the forms predict where they cross."""
+    """Returns what the rows and columns of the forms predict where they cross.
+
+    `alone`: openings that have no other of their form stand in columns as well.
+    """
     groups = [tuple(k for k in form if is_placed(outlines[k])) for form in forms.groups]
     groups = [form for form in groups if len(form) > 1]
     if not groups:
         return []
-    numbers = sorted(k for form in groups for k in form)
+    known = {k for form in groups for k in form}
+    numbers = [k for k, outline in enumerate(outlines) if k in known or (alone and is_placed(outline))]
     members = [outlines[k] for k in numbers]
     grid = OpeningGrid(members, [tuple(numbers.index(k) for k in form) for form in groups])
     nodes = grid.nodes([n for n, m in enumerate(members) if not is_known(m).all()])
@@ -172,9 +184,15 @@ def _is_unlike(node: Node, outline: Outline) -> bool:
 
 
 def _is_on(place: Box, evidence: Evidence) -> bool:
-    """Returns whether a place lies on the facade."""
+    """Returns whether a place lies on the facade, or does with its upper half.
+
+    Hedges and cars hide the foot of a wall, and its outline ends above them.
+    """
     cells = cells_of(place, evidence)
-    return cells is not None and float(evidence.inside[cells].mean()) >= WITHIN
+    if cells is None:
+        return False
+    inside = evidence.inside[cells]
+    return bool(max(inside.mean(), inside[len(inside) // 2 :].mean()) >= WITHIN)
 
 
 def _gain(told: Proposal, rivals: Sequence[Outline], wall: Wall) -> float:
