@@ -83,13 +83,13 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
     if not forms.groups:
         return []
     firm = [o.place for o, foot in zip(outlines, feet, strict=True) if foot or is_known(o).all()]
-    places = np.array([o.place for o in outlines])
-    likeness = Likeness(evidence, [o.place for o in outlines])
+    taken = [o.place for o in outlines]
+    places, likeness = np.array(taken), Likeness(evidence, taken)
     wall = Wall(evidence, outlines)
     judged = []
     told = [*_at_nodes(outlines, forms, likeness, firm), *_in_part(outlines, forms, likeness)]
     free = _at_nodes(outlines, forms, likeness, firm, alone=True)
-    told += [one for one in free if not is_near(one.place, places)]
+    told += [one for one in free if not is_near(one.place, taken)]
     for one in told:
         if is_near(one.place, firm) or not _is_on(one.place, evidence):
             continue
