@@ -83,6 +83,25 @@ def test_the_door_of_a_balcony_reaches_down_to_its_floor():
     assert sigma[found.ring[:, 1].argmin(), 1] > 5 * sigma[found.ring[:, 1].argmax(), 1]
 
 
+def window(place, sigma, provenance="measured"):
+    """Returns a window at a place x0, z0, x1, z1 m whose borders are known to sigma m."""
+    x0, z0, x1, z1 = place
+    return Opening(
+        id="", kind=OpeningKind.WINDOW, ring=np.array([(x0, z0), (x1, z0), (x1, z1), (x0, z1)]),
+        ring_covariance=np.eye(8) * sigma**2, depth=None, shape="rectangle",
+        provenance=Provenance(provenance), evidence=99.0, confidence=1.0, floor=0, bay=0,
+    )  # fmt: skip
+
+
+def test_a_window_above_another_one_leads_to_no_balcony_below_that():
+    """What stands before the upper half of the lower window is an awning."""
+    facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.2, 0, 0.3, 0, 9)])
+    (awning,) = protrusions(facade, scan, ground=0.0)
+    windows = [window((2.6, 5.2, 3.8, 6.5), 0.3), window((2.6, 3.2, 3.8, 4.9), 0.3)]
+    told = with_balcony_doors(windows, [awning], FacadeBeams.of(facade, scan), facade)
+    np.testing.assert_array_equal(told[0].ring, windows[0].ring)
+
+
 @pytest.mark.parametrize(
     ("sigma", "sides", "provenance", "kind"),
     [
@@ -98,14 +117,7 @@ def test_openings_with_hidden_feet_lead_to_the_balcony_unless_rows_tell_their_si
 ):
     facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.2, 0, 0.3, 0, 9)])
     (rail,) = protrusions(facade, scan, ground=0.0)
-    windows = [
-        Opening(
-            id="", kind=OpeningKind.WINDOW, ring=np.array([(a, 5.0), (b, 5.0), (b, 6.2), (a, 6.2)]),
-            ring_covariance=np.eye(8) * sigma**2, depth=None, shape="rectangle",
-            provenance=Provenance(provenance), evidence=99.0, confidence=1.0, floor=0, bay=0,
-        )
-        for a, b in sides
-    ]  # fmt: skip
+    windows = [window((a, 5.0, b, 6.2), sigma, provenance) for a, b in sides]
     told = with_balcony_doors(windows, [rail], FacadeBeams.of(facade, scan), facade)
     assert [o.kind for o in told] == [kind] * len(sides)
     assert all((o.ring[:, 1].min() < 4.5) == (kind == "door") for o in told)

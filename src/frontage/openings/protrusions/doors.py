@@ -29,7 +29,7 @@ def with_balcony_doors(
     """Returns the openings, those that lead to a balcony as doors that reach down to its floor.
 
     An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
-    the floor. A foot that is known as well as the floor is known from other openings of its row. It stays,
+    the floor, and where no other opening lies there. A foot that is known as well as the floor is known from other openings of its row. It stays,
     unless this is the only opening that leads there, because a balcony has a door. Of several, each may be
     the door, so that a foot which only other openings tell may as well lie on the floor, and its standard
     error says so. The lower border of a door is inferred: its error is that of the floor, and one border of
@@ -39,7 +39,7 @@ def with_balcony_doors(
     lowered: dict[int, Opening] = {}
     for balcony in balconies:
         told = ((k, _floor(o, balcony, beams, facade)) for k, o in enumerate(openings))
-        floors = {k: floor for k, floor in told if floor is not None}
+        floors = {k: z for k, z in told if z is not None and not _is_taken(z, openings[k], openings)}
         for k, floor in floors.items():
             if len(floors) == 1 or not _is_known(openings[k]):
                 lowered.setdefault(k, _lowered(openings[k], floor))
@@ -60,6 +60,13 @@ def _floor(opening: Opening, balcony: Protrusion, beams: FacadeBeams, facade: Fa
     if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < MASONRY.door_height or z1 < high:
         return None
     return None if _shows_wall(beams, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade) else floor
+
+
+def _is_taken(floor: float, opening: Opening, openings: Sequence[Opening]) -> bool:
+    """Returns whether another opening lies between the foot of an opening and a floor at z m."""
+    x0, z0, x1, _ = _box(opening.ring)
+    boxes = (_box(other.ring) for other in openings if other is not opening)
+    return any(a < x1 and x0 < c and b < z0 and floor < d for a, b, c, d in boxes)
 
 
 def _foot(opening: Opening) -> Int:
