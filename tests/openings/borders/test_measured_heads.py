@@ -80,3 +80,25 @@ def test_casings_level_with_the_wall_beside_an_empty_upper_sash_are_no_pointed_h
     (found,) = find_openings(replace(facade, support=index, inliers=index), scan).openings
     assert found.shape == "rectangle"
     assert np.abs(box_of(found) - place).max() < 0.05
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ceiling_seen_aslant_through_a_square_window_makes_no_circle_of_it(seed):
+    """Without lines of sight, its points seem to lie behind the wall above the window."""
+    hole, rng = (1.0, 2.0, 2.3, 3.3), np.random.default_rng(seed)
+    x, z = np.meshgrid(np.arange(0.2, 3.1, 0.022), np.arange(1.2, 4.3, 0.022))
+    p = np.column_stack([x.ravel(), z.ravel()]) + rng.uniform(-0.003, 0.003, (x.size, 2))
+    wall = p[~((p > hole[:2]) & (p < hole[2:])).all(1)]
+    frame, ceiling = (
+        rng.uniform((1.1, 2.0), (2.2, 2.2), (20, 2)),
+        rng.uniform((1.0, 3.28), (2.3, 3.6), (1200, 2)),
+    )
+    places = np.concatenate([wall, frame, ceiling])
+    depth = np.concatenate([np.zeros(len(wall)), np.full(20, 0.19), rng.uniform(0.3, 0.9, 1200)])
+    depth += rng.normal(0.0, 0.004, len(depth))
+    k = np.argsort(places[:, 0], kind="stable")
+    none = np.zeros((2, len(k)))
+    sight = CrossingBeams(places[k].T, none, none[0], depth[k], none[0], 0.015)
+    (found,) = measure(sight, [hole], 0.044, 0.022)
+    assert found.shape == "rectangle"
+    assert np.abs(np.subtract(found.place, hole)).max() < 0.03

@@ -5,7 +5,8 @@ import pytest
 
 from frontage.geometry.ring import ring_area, ring_contains
 from frontage.openings.borders.circles import find_circle
-from frontage.openings.borders.shapes import Fan, Head, find_head, outward, ring_of, strays
+from frontage.openings.borders.fan import Fan, outward
+from frontage.openings.borders.shapes import Head, find_head, ring_of, strays
 
 BOX = (1.0, 2.0, 2.2, 4.0)
 HEADS = [

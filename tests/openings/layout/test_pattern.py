@@ -59,7 +59,7 @@ def test_a_window_whose_foot_a_hedge_hides_is_found_above_it(share, found):
 
     def told(truth):
         known = evidence(truth)
-        x0, z0, x1, z1 = truth[2]
+        _, z0, _, z1 = truth[2]
         low = int((z0 + share * (z1 - z0) - known.raster.corner[1]) / known.raster.cell)
         inside = known.inside.copy()
         inside[:low] = False

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Float
+from frontage.openings.borders.fan import Fan
 from frontage.openings.borders.scores import side_scores
-from frontage.openings.borders.shapes import Fan
 from frontage.openings.boxes import Box
 
 _ROUND = (0.8, 1.25)  # height over width of what may be a circle

@@ -10,9 +10,10 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.borders.circles import Circle, find_circle
 from frontage.openings.borders.depth import AROUND, density_beside, find_depth, find_wall
 from frontage.openings.borders.edges import FEW, EdgeTraits, SolidSide, footprint
+from frontage.openings.borders.fan import fan_of
 from frontage.openings.borders.locate import CLOSE, WIDTHS, Border, find_borders
 from frontage.openings.borders.outline import Outline
-from frontage.openings.borders.shapes import Head, bare_ring, fan_of, find_head, strays
+from frontage.openings.borders.shapes import Head, bare_ring, find_head, strays
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 from frontage.openings.wall.evidence import PER_CELL

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float, drawn
+from frontage.geometry.arrays import Float
 from frontage.geometry.ring import ring_contains
+from frontage.openings.borders.fan import Fan
 from frontage.openings.borders.scores import STRAY, blurred_scores
 from frontage.openings.boxes import Box
-from frontage.openings.wall.crossings import CrossingBeams
 
 _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" (Kass and Raftery 1995)
 _FREE = 5.0  # nats more for a shape whose rise is free
@@ -19,29 +19,7 @@ _EDGE = 0.01  # m beside the sides where beams determine the sides, not the head
 _MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
 _STRIPS = 24  # borders that the shadow of a post may have, over the width of a head
-_MOST = 6000  # beams of a head: more tell nothing new
 _SQRT3 = float(np.sqrt(3.0))
-
-
-@dataclass(frozen=True, eq=False)
-class Fan:
-    """Beams (n,) about an opening.
-
-    x, z     m, where each is told to be solid or open
-    solid    whether it is solid
-    missing  beams per m2 that did not come back from the opening
-    """
-
-    x: Float
-    z: Float
-    solid: Bool
-    missing: float
-
-    def part(self, keep: Bool) -> "Fan":
-        """Returns those that `keep` (n,) names, thinned to what a head needs."""
-        k = np.flatnonzero(keep)
-        k = k[drawn(np.column_stack([np.abs(self.x[k]), self.z[k]]), _MOST)]  # the same when mirrored
-        return Fan(self.x[k], self.z[k], self.solid[k], self.missing * len(k) / max(int(keep.sum()), 1))
 
 
 @dataclass(frozen=True)
@@ -60,56 +38,6 @@ class Head:
     rise: float
     gain: float
     covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-def fan_of(
-    near: CrossingBeams,
-    place: Box,
-    *,
-    face: float,
-    frame: float | None,
-    density: float,
-    head: tuple[str, float] = ("rectangle", 0.0),
-) -> Fan:
-    """Returns the beams about an opening as its curved borders see them.
-
-    face     m, depth of the solid face beside the head
-    frame    m, depth of the frame, None where it is unknown
-    density  beams per m2 that a wall sends back there
-    head     shape and rise m, as far as known
-
-    As at straight borders (`locate`), a beam that slants outwards ends on the reveal and counts on a plane
-    within the wall; the others count on the face.
-    """
-    x0, z0, x1, z1 = place
-    seen = (outward(*head, place, near.place) * near.slope).sum(0) > 0
-    begin = max(face, 0.0) + near.wall
-    back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
-    x, z = near.shifted(np.where(seen, begin, face))
-    free = near.depth >= min(face, 0.0) - near.wall  # points further in front hide the border
-    # hood moulds stand out further than some frames lie back: the wall behind them is solid as well
-    solid = near.depth <= np.where(seen, begin, max(face + back / 2, near.wall))
-    box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
-    through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)
-    return Fan(x[free], z[free], solid[free], max(density - through, 0.0))
-
-
-def outward(shape: str, rise: float, place: Box, xz: Float) -> Float:
-    """Returns the directions (2, n), not normalised, from the border nearest to xz (2, n) m into the wall."""
-    x0, z0, x1, z1 = place
-    half, middle = (x1 - x0) / 2, (x0 + x1) / 2
-    side = np.where(xz[0] < middle, -1.0, 1.0)
-    if shape == "triangular":
-        found = np.stack([side * rise, np.full(len(side), half)])
-    elif shape == "pointed":
-        found = xz - np.stack([middle - side * half, np.full(len(side), z1 - _SQRT3 * half)])
-    else:
-        radius = (half**2 + rise**2) / (2.0 * rise) if shape == "segmental" else half
-        low = z1 - radius if shape in ("segmental", "round") else max((z0 + z1) / 2, z1 - radius)
-        found = xz - np.array([middle, low])[:, None]
-    if rise > 0.0:
-        found = np.where(xz[1] < z1 - rise, np.stack([side, np.zeros(len(side))]), found)
-    return found
 
 
 def below(shape: str, rise: float, half: float, u: Float) -> Float:

@@ -87,8 +87,8 @@ class _Peak:
 def _are_blind(steps: Sequence[Float], walls: Sequence[Float], node: bool) -> Bool:
     """Returns which places (n,) step back as openings do, but look like the wall: blind windows and panels.
 
-    `steps` (n, 4, c) and `walls` (4, c, c) are those of the layers. The first channel of the first layer is the
-    relief. Without any other channel nothing tells how a place looks, and none is blind.
+    `steps` (n, 4, c) and `walls` (4, c, c) are those of the layers. The first channel of the first layer is
+    the relief. Without any other channel nothing tells how a place looks, and none is blind.
     """
     relief, *look = (
         gains_of(own[..., part], wall[:, part, part], node)

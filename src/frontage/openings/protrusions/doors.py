@@ -29,11 +29,11 @@ def with_balcony_doors(
     """Returns the openings, those that lead to a balcony as doors that reach down to its floor.
 
     An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
-    the floor, and where no other opening lies there. A foot that is known as well as the floor is known from other openings of its row. It stays,
-    unless this is the only opening that leads there, because a balcony has a door. Of several, each may be
-    the door, so that a foot which only other openings tell may as well lie on the floor, and its standard
-    error says so. The lower border of a door is inferred: its error is that of the floor, and one border of
-    four counts less in the confidence.
+    the floor, and where no other opening lies there. A foot that is known as well as the floor is known from
+    other openings of its row. It stays, unless this is the only opening that leads there, because a balcony
+    has a door. Of several, each may be the door, so that a foot which only other openings tell may as well
+    lie on the floor, and its standard error says so. The lower border of a door is inferred: its error is
+    that of the floor, and one border of four counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind is ProtrusionKind.BALCONY]
     lowered: dict[int, Opening] = {}
