@@ -198,3 +198,15 @@ def test_a_column_of_wide_windows_does_not_part_a_house() -> None:
     ground = np.column_stack([plan, rng.normal(0.0, 0.01, len(plan))])
     found = find_buildings(Scan("wide windows", np.vstack([wall, ground]), WORLD))
     assert len(found.buildings) == 1
+
+
+def test_a_storey_that_is_mostly_glass_is_a_building() -> None:
+    rng = np.random.default_rng(0)
+    x, y, z = rng.uniform(0, 9, 60000), rng.normal(0, 0.005, 60000), rng.uniform(0, 4.2, 60000)
+    wall = np.column_stack([x, y, z])
+    glass = (np.abs(x - 4.5) < 4.2) & (z > 0.9) & (z < 3.0)
+    plan = rng.uniform((-5.0, -12.0), (14.0, -0.1), (30000, 2))
+    ground = np.column_stack([plan, rng.normal(0.0, 0.01, len(plan))])
+    found = find_buildings(Scan("pavilion", np.vstack([wall[~glass], ground]), WORLD))
+    assert len(found.buildings) == 1
+    assert len(found.buildings[0].index) > 0.9 * (~glass).sum()

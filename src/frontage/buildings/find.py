@@ -58,6 +58,9 @@ def _split(cloud: StreetCloud) -> BuildingSplit:
     walls = map_walls(cloud)
     fronts = find_fronts(cloud, walls)
     if not len(fronts):
+        walls = map_walls(cloud, sparse=True)
+        fronts = find_fronts(cloud, walls)
+    if not len(fronts):
         return _whole_or_none(cloud)
     street = _cut_into_houses(cloud, walls, fronts)
     return assign_points(cloud, walls, street)

@@ -43,8 +43,11 @@ class WallMap:
     block: Int
 
 
-def map_walls(cloud: StreetCloud) -> WallMap:
-    """Maps the columns that rise high and full enough to be a wall."""
+def map_walls(cloud: StreetCloud, *, sparse: bool = False) -> WallMap:
+    """Maps the columns that rise high and full enough to be a wall.
+
+    `sparse`: columns that rise high enough need not be filled as high, as in a single storey of windows.
+    """
     level, shape = cloud.tree.level, cloud.tree.shape
     cells = cloud.above_ground & wall_like(shape)
     at = np.flatnonzero(cells)
@@ -56,7 +59,7 @@ def map_walls(cloud: StreetCloud) -> WallMap:
     count = np.bincount(of_cell, minlength=len(own)).astype(np.float64)
     xy = np.column_stack([mean_of(of_cell, level.mean[at, a], count) for a in (0, 1)])
     normal = _mean_normals(of_cell, shape.normal[at, :2], count)
-    keep = tall & (bins >= need)
+    keep = tall & (sparse | (bins >= need))
     # columns with wide windows show too little wall for a front, but both sides of them are one block
     block = _blocks(xy[tall], max(_LINK_M, 3 * level.size))[keep[tall]]
     return WallMap(cells, xy[keep], bins[keep], normal[keep], block)
