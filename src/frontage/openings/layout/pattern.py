@@ -83,15 +83,11 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
     if not forms.groups:
         return []
     firm = [o.place for o, foot in zip(outlines, feet, strict=True) if foot or is_known(o).all()]
-    taken = [o.place for o in outlines]
-    places, likeness = np.array(taken), Likeness(evidence, taken)
+    places, likeness = np.array([o.place for o in outlines]), Likeness(evidence, [o.place for o in outlines])
     wall = Wall(evidence, outlines)
     judged = []
-    told = [*_at_nodes(outlines, forms, likeness, firm), *_in_part(outlines, forms, likeness)]
-    free = _at_nodes(outlines, forms, likeness, firm, alone=True)
-    told += [one for one in free if not is_near(one.place, taken)]
-    for one in told:
-        if is_near(one.place, firm) or not _is_on(one.place, evidence):
+    for one in _proposals(outlines, forms, likeness, firm):
+        if is_near(one.place, firm):
             continue
         rivals = tuple(np.flatnonzero(near_ones(one.place, places)).tolist())
         odds = one.log_odds + _gain(one, [outlines[k] for k in rivals], wall)
@@ -102,6 +98,18 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
         if not is_near(revision.proposal.place, [f.proposal.place for f in found]):
             found.append(revision)
     return found
+
+
+def _proposals(
+    outlines: Sequence[Outline], forms: Forms, likeness: Likeness, firm: Sequence[Box]
+) -> list[Proposal]:
+    """Returns what rows, columns and forms propose on the facade, in free places by weaker signs as well."""
+    evidence, taken = likeness.evidence, [o.place for o in outlines]
+    nodes = _at_nodes(outlines, forms, likeness, firm)
+    told = [one for one in [*nodes, *_in_part(outlines, forms, likeness)] if _is_on(one.place, evidence)]
+    nodes += _at_nodes(outlines, forms, likeness, firm, alone=True)
+    free = [one for one in nodes if not is_near(one.place, taken)]
+    return told + [one for one in free if _is_on(one.place, evidence, upper=True)]
 
 
 def _at_nodes(
@@ -183,16 +191,16 @@ def _is_unlike(node: Node, outline: Outline) -> bool:
     return known and abs(size[0] - size[1]) > LIKE * np.sqrt(sum(error) + BUILT**2)
 
 
-def _is_on(place: Box, evidence: Evidence) -> bool:
-    """Returns whether a place lies on the facade, or does with its upper half.
+def _is_on(place: Box, evidence: Evidence, *, upper: bool = False) -> bool:
+    """Returns whether a place lies on the facade, or with `upper`, whether its upper half does.
 
-    Hedges and cars hide the foot of a wall, and its outline ends above them.
+    Hedges and cars hide the foot of a wall, and its outline ends above them. A row tells the sills there.
     """
     cells = cells_of(place, evidence)
     if cells is None:
         return False
     inside = evidence.inside[cells]
-    return bool(max(inside.mean(), inside[len(inside) // 2 :].mean()) >= WITHIN)
+    return bool(inside[len(inside) // 2 if upper else 0 :].mean() >= WITHIN)
 
 
 def _gain(told: Proposal, rivals: Sequence[Outline], wall: Wall) -> float:
