@@ -1,5 +1,7 @@
 """Gaps between dormers are open to the sky; openings have something above them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from frontage.openings import FoundOpenings, find_openings
@@ -26,3 +28,17 @@ def test_a_pane_that_reaches_up_to_the_ceiling_of_an_arcade_is_one():
     ceiling = box(0, 8, -1.5, 0.3, 9.0, 9.3)
     (found,) = openings_of([*wall, *framed(pane, 0.1), ceiling])
     assert np.abs(found - pane).max() < 0.05
+
+
+def test_a_window_above_which_the_scan_ends_has_the_lintel_of_its_row():
+    left, right = (1.5, 6.4, 2.7, 8.3), (5.3, 6.4, 6.5, 8.3)
+    solids = [*holed(0, 8, 0, 9, 0.0, 0.3, [left, right]), *framed(left, 0.15), *framed(right, 0.15)]
+    facade, scan = scanned(wall=solids)
+    seen = np.flatnonzero((scan.xyz[:, 0] < 4.0) | (scan.xyz[:, 2] < 8.2))
+    outline = np.array([(0, 0), (8, 0), (8, 8.2), (4, 8.2), (4, 9), (0, 9)])
+    cut = replace(facade, outline=outline, support=np.arange(len(seen)), inliers=np.arange(len(seen)))
+    found = find_openings(cut, scan.take(seen))
+    assert isinstance(found, FoundOpenings)
+    places = [np.concatenate([o.ring.min(0), o.ring.max(0)]) for o in found.openings]
+    assert len(places) == 2
+    assert np.abs(np.subtract(places, [left, right]))[:, :3].max() < 0.05

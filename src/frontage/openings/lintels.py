@@ -12,6 +12,8 @@ from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.flights import points_before
+from frontage.openings.layout.forms import BUILT, is_known
+from frontage.openings.layout.groups import BOTTOM, LIKE, WIDTH
 
 _ABOVE, _PROBES = 0.1, 9  # m above the top where the facade may go on, and at how many places
 _HALF = 0.5  # share of the width that is closed above
@@ -22,7 +24,8 @@ _SPACINGS = 3.0  # spacings that a column is wide that tells whether anything li
 def have_lintels(outlines: Sequence[Outline], facade: Facade, scan: Scan) -> list[bool]:
     """Returns which outlines show their top, or have the facade or something before it above them.
 
-    The gap between two dormers ends where they do, and so does the facade.
+    The gap between two dormers ends where they do, and so does the facade. Where the scan ends above a row,
+    an opening with the width and the sill of another one of it that has a lintel has one, too.
     """
     ring = shapely.make_valid(shapely.Polygon(facade.outline))
     closed = [o.borders[3].is_seen or goes_on_above(ring, o.place, _ABOVE) for o in outlines]
@@ -32,7 +35,20 @@ def have_lintels(outlines: Sequence[Outline], facade: Facade, scan: Scan) -> lis
     wide = _SPACINGS * facade.spacing
     number = [max(1, round((o.place[2] - o.place[0]) / wide)) for o in outlines]
     told = zip(closed, outlines, number, strict=True)
-    return [is_closed or is_covered(points, o.place, (0.0, _REACH), n) for is_closed, o, n in told]
+    closed = [is_closed or is_covered(points, o.place, (0.0, _REACH), n) for is_closed, o, n in told]
+    others = [o for o, is_closed in zip(outlines, closed, strict=True) if is_closed]
+    return [c or any(_is_in_row(o, other) for other in others) for c, o in zip(closed, outlines, strict=True)]
+
+
+def _is_in_row(outline: Outline, other: Outline) -> bool:
+    """Returns whether an outline is known to have the width and the sill of another one."""
+    if not (is_known(outline)[:3].all() and is_known(other)[:3].all()):
+        return False
+    size = np.stack([WIDTH, BOTTOM])
+    own, places = (one.covariance[:4, :4] for one in (outline, other)), (outline.place, other.place)
+    off = np.abs(size @ np.subtract(*places)[[0, 2, 1, 3]])
+    error = np.sqrt(np.diagonal(size @ sum(own) @ size.T) + BUILT**2)
+    return bool((off < LIKE * error).all())
 
 
 def goes_on_above(ring: shapely.Geometry, place: Box, above: float) -> bool:
