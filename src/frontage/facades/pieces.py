@@ -19,9 +19,7 @@ _FLAT_COS = 0.766  # cosine between walls that meet at a flat corner: 40 degrees
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
-_LEAST_LEFT_M2 = (
-    0.5 * MASONRY.room_height
-)  # of wall that a piece keeps: a pier of half a metre, one storey high
+_LEFT_M2 = 0.5 * MASONRY.room_height  # of wall that a piece keeps: a pier of half a metre, a storey high
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
@@ -100,7 +98,7 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     second = _kept(b.cells, lost, shared)
     if second is None:
         return a, b if (b.cells.wall & ~shared).sum() >= _cells_of_least(b.cells) else None
-    if second.area < _LEAST_LEFT_M2:
+    if second.area < _LEFT_M2:
         return a, None
     own = replace(b, cells=second)
     first = _kept(a.cells, _shared(a, own)[0])

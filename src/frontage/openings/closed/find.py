@@ -27,9 +27,7 @@ from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 
 _SURE = 0.99  # posterior probability that an opening needs
-_TELLS = float(
-    np.log(_SURE / (1.0 - _SURE))
-)  # nats by which an opening must look different from a blind window
+_TELLS = float(np.log(_SURE / (1.0 - _SURE)))  # nats that tell so surely
 _LIKELY = 3.0  # nats from which a place may be an opening, and is not used to learn how the wall looks
 _PRIOR = 0.05  # share of the crossings seen as wall that hold a closed opening
 _BESIDE = 0.06  # m: clear places nearer to one another belong to one opening
@@ -90,21 +88,12 @@ def _are_blind(steps: Sequence[Float], walls: Sequence[Float], node: bool) -> Bo
     `steps` (n, 4, c) and `walls` (4, c, c) are those of the layers. The first channel of the first layer is
     the relief. Without any other channel nothing tells how a place looks, and none is blind.
     """
-    relief, *look = (
-        gains_of(own[..., part], wall[:, part, part], node)
-        for own, wall, part in _channels(steps, walls)
-        if own.shape[2] > part.start
-    )
+    relief = gains_of(steps[0][..., :1], walls[0][:, :1, :1], node)
+    others = zip((steps[0][..., 1:], *steps[1:]), (walls[0][:, 1:, 1:], *walls[1:]), strict=True)
+    look = [gains_of(own, wall, node) for own, wall in others if own.shape[2] > 0]
     if not look:
         return np.zeros(len(relief), np.bool_)
     return np.asarray((relief > 0.0) & (np.maximum(look, 0.0).sum(0) < _TELLS), np.bool_)
-
-
-def _channels(steps: Sequence[Float], walls: Sequence[Float]) -> Iterator[tuple[Float, Float, slice]]:
-    """Yields the relief, and then what tells how places look, layer by layer, as parts of their channels."""
-    yield steps[0], walls[0], slice(0, 1)
-    yield steps[0], walls[0], slice(1, None)
-    yield from ((own, wall, slice(0, None)) for own, wall in zip(steps[1:], walls[1:], strict=True))
 
 
 def _beside_others(peaks: Sequence[_Peak]) -> Bool:

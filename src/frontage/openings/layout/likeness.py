@@ -24,7 +24,7 @@ class Likeness:
     """Compares places with the openings and with the wall of one facade."""
 
     def __init__(self, evidence: Evidence, openings: Sequence[Box]) -> None:
-        self.evidence = evidence
+        self._evidence = evidence
         self._totals = [summed(m) for m in (evidence.solid, evidence.expected)]
         taken = np.zeros(evidence.llr.shape)
         for box in openings:
@@ -61,7 +61,7 @@ class Likeness:
 
     def _sums(self, total: Float, box: Box) -> Float:
         """Returns the sums (3, 3) over the parts of a box of a map whose running totals are given."""
-        cells = self.evidence.raster.cells(box)
+        cells = self._evidence.raster.cells(box)
         rows, columns = (np.round(np.linspace(s.start, s.stop, _PARTS + 1)).astype(int) for s in cells)
         return np.asarray(np.diff(np.diff(total[np.ix_(rows, columns)], axis=0), axis=1), np.float64)
 

@@ -10,7 +10,7 @@ where p is the share of such predictions that are right on this facade. Only ope
 known no better than a decimetre are given up for a predicted one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -86,7 +86,7 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
     places, likeness = np.array([o.place for o in outlines]), Likeness(evidence, [o.place for o in outlines])
     wall = Wall(evidence, outlines)
     judged = []
-    for one in _proposals(outlines, forms, likeness, firm):
+    for one in _proposals(outlines, forms, evidence, likeness, firm):
         if is_near(one.place, firm):
             continue
         rivals = tuple(np.flatnonzero(near_ones(one.place, places)).tolist())
@@ -101,15 +101,26 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
 
 
 def _proposals(
-    outlines: Sequence[Outline], forms: Forms, likeness: Likeness, firm: Sequence[Box]
-) -> list[Proposal]:
-    """Returns what rows, columns and forms propose on the facade, in free places by weaker signs as well."""
-    evidence, taken = likeness.evidence, [o.place for o in outlines]
-    nodes = _at_nodes(outlines, forms, likeness, firm)
-    told = [one for one in [*nodes, *_in_part(outlines, forms, likeness)] if _is_on(one.place, evidence)]
-    nodes += _at_nodes(outlines, forms, likeness, firm, alone=True)
-    free = [one for one in nodes if not is_near(one.place, taken)]
-    return told + [one for one in free if _is_on(one.place, evidence, upper=True)]
+    outlines: Sequence[Outline],
+    forms: Forms,
+    evidence: Evidence,
+    likeness: Likeness,
+    firm: Sequence[Box],
+) -> Iterator[Proposal]:
+    """Yields what rows, columns and forms propose on the facade.
+
+    In free places, openings without another of their form tell columns, too, and the foot may be hidden.
+    """
+    taken = [o.place for o in outlines]
+    for one in _at_nodes(outlines, forms, likeness, firm):
+        if _is_on(one.place, evidence, upper=not is_near(one.place, taken)):
+            yield one
+    for one in _in_part(outlines, forms, likeness):
+        if _is_on(one.place, evidence):
+            yield one
+    for one in _at_nodes(outlines, forms, likeness, firm, alone=True):
+        if not is_near(one.place, taken) and _is_on(one.place, evidence, upper=True):
+            yield one
 
 
 def _at_nodes(
