@@ -154,3 +154,14 @@ def test_an_avant_corps_is_no_neighbour_though_a_tree_hides_one_of_its_eaves() -
     top[66:74] = np.nan
     profile = _profile(top, np.where(middle, 0.4, 0.0), bright)
     assert not find_cuts(profile, BuildingOptions(), np.zeros(len(top), np.bool_))
+
+
+@pytest.mark.parametrize("gable", [True, False])
+def test_the_slope_of_a_gable_that_a_chimney_steps_over_is_no_neighbour(gable: bool) -> None:
+    """The counterpart is a higher house beside a lower one."""
+    place = np.arange(48)
+    slopes = 6.8 + 0.22 * np.minimum(place, place[::-1])
+    top = slopes if gable else np.where(place < 24, 8.0, 11.5)
+    top[(place > 15) & (place < 32)] = 11.4  # what stands behind them
+    profile = _profile(top, np.zeros(48), np.where(place < 32, 0.0, 0.4))
+    assert bool(find_cuts(profile, BuildingOptions(), np.zeros(48, np.bool_))) is not gable

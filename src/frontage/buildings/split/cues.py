@@ -19,6 +19,7 @@ from frontage.buildings.split.evidence import (
 from frontage.buildings.split.relief import (
     does_cornice_continue,
     is_free_above,
+    is_gable,
     is_step_kept,
     is_step_upright,
 )
@@ -49,7 +50,7 @@ def compare_sides(
 
     Where one cornice runs over both sides they are one building's wings as a rule: parapets, relief and
     openings differ between wings, so only the plane and the surface tell of a neighbour there, and another
-    rhythm where the surface changes beyond doubt.
+    rhythm where the surface changes beyond doubt. Slopes of one gable are no step of the eaves.
 
     spread (p,): of every channel within a house
     """
@@ -72,6 +73,9 @@ def compare_sides(
     t = _rhythm(rows[last_bins(left, 2 * REACH_BINS)], rows[first_bins(right, 2 * REACH_BINS)])
     if t > _HINT:
         cues["rhythm"] = t
+    if is_gable(profile, left, right):
+        alone = False
+        cues.pop("eaves", None)
     if common:
         painted = cues.get("surface", 0.0) > SURE  # neighbours paint each their own house
         wings = _OF_WINGS if painted else (*_OF_WINGS, "rhythm")

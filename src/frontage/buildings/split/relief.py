@@ -22,6 +22,10 @@ _CROWN_BINS = 12  # bins (3 m) below the eaves: cornice, frieze and the uppermos
 _MOULDED_M = 0.04  # m, spread of the relief over these bins from which it tells something
 _SAME_CORNICE = 0.75  # correlation of the relief on both sides of a cut that shows one cornice
 _SIGMAS = 2.0  # standard errors by which a shifted relief must be more alike
+_ENDS = 8  # parts of a gable, of which the outermost ones are its feet
+_RIDGE_M = 1.5  # m, by which most of a gable is higher than its feet
+_ALIKE = 0.8  # share of the tops of a gable that are as high as those opposite
+_SAME_TOP_M = 0.5  # m, two height bins
 _REMAINDER = 0.5  # share of the higher side's wall that the lower side may show above its eaves
 
 
@@ -97,6 +101,28 @@ def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange
     shifted = max(_correlation(a[1:], b[:-1]), _correlation(a[:-1], b[1:]))
     doubt = _SIGMAS / np.sqrt(known.sum() - 3)  # of a correlation's Fisher transform
     return same > _SAME_CORNICE and np.arctanh(shifted) <= np.arctanh(same) + doubt
+
+
+def is_gable(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
+    """Decides whether the tops over both sides rise to a ridge and fall again alike, as over one gable.
+
+    What stands behind a gable may rise above its slopes, and make a step of them.
+    """
+    top = profile.top[left[0] : right[1]]
+    known = np.isfinite(top)
+    if known.sum() < 2 * NEAR_BINS:
+        return False
+    top = np.interp(np.arange(len(top)), np.flatnonzero(known), top[known])
+    end = max(len(top) // _ENDS, 1)
+    if np.median(top[end:-end]) - max(top[:end].mean(), top[-end:].mean()) < _RIDGE_M:
+        return False
+    alike = [_mirrored(top[k:]) for k in range(end)] + [_mirrored(top[: len(top) - k]) for k in range(end)]
+    return max(alike) >= _ALIKE
+
+
+def _mirrored(top: Float) -> float:
+    """Returns the share of the tops (n,) m that are as high as those as far from the other end."""
+    return float((np.abs(top - top[::-1]) < _SAME_TOP_M).mean())
 
 
 def _correlation(a: Float, b: Float) -> float:
