@@ -19,7 +19,7 @@ _FLAT_COS = 0.766  # cosine between walls that meet at a flat corner: 40 degrees
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
-_LEFT_M2 = 0.5 * MASONRY.room_height  # of wall that a piece keeps: a pier of half a metre, a storey high
+_LEFT_M2 = MASONRY.pier * MASONRY.room_height  # of wall that a piece keeps: a narrow pier, a storey high
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 

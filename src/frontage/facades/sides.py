@@ -26,9 +26,8 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _AROUND_CELLS = (3.5, 2.5)  # radii, in voxels, of the surroundings that tell the direction of a wall in plan
 _LINE = 0.15  # variance across over variance along, at most, of the plan of a wall
-_LEAST_WIDTH_M = 0.5  # m, of a side: the narrowest pier
-_LEAST_AREA_M2 = _LEAST_WIDTH_M * MASONRY.room_height  # of seen wall
-_LEAST = (_LEAST_AREA_M2, (_LEAST_WIDTH_M, MASONRY.door_height))  # area, width and height of a side
+_LEAST_AREA_M2 = MASONRY.pier * MASONRY.room_height  # of seen wall
+_LEAST = (_LEAST_AREA_M2, (MASONRY.pier, MASONRY.door_height))  # area, width and height of a side
 _LEAST_SEEN = 0.25  # share of that area that a line shows at least: near corners and panes none is straight
 _FEWEST = 10  # points of a line, at least
 _GAP = 3  # rows: a side may have fewer rows without wall in a row (an odd number)

@@ -13,6 +13,7 @@ class Masonry:
                    narrower, no leaf of masonry thinner
     panel          how far panels and blind niches lie behind the face of their wall at most: a quarter of a
                    brick (DIN 4172); leaves and panes lie deeper
+    pier           width of a narrow pier between two openings or at the end of a wall (assumed)
     relief         how far plinths, cladding, sills and surrounds lie off the plane of their wall at most:
                    about the thickness of a wall of one and a half bricks, 0.365 m (assumed)
     step_out       a part of a wall that stands out or back by less is relief of that wall (assumed)
@@ -34,6 +35,7 @@ class Masonry:
 
     half_brick: float = 0.115
     panel: float = 0.07
+    pier: float = 0.5
     relief: float = 0.35
     step_out: float = 0.1
     threshold: float = 0.35

@@ -13,7 +13,7 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.flights import points_before
 from frontage.openings.layout.forms import BUILT, is_known
-from frontage.openings.layout.groups import BOTTOM, LIKE, WIDTH
+from frontage.openings.layout.groups import BOTTOM, LIKE, WIDTH, borders_of
 
 _ABOVE, _PROBES = 0.1, 9  # m above the top where the facade may go on, and at how many places
 _HALF = 0.5  # share of the width that is closed above
@@ -41,13 +41,13 @@ def have_lintels(outlines: Sequence[Outline], facade: Facade, scan: Scan) -> lis
 
 
 def _is_in_row(outline: Outline, other: Outline) -> bool:
-    """Returns whether an outline is known to have the width and the sill of another one."""
+    """Returns whether an outline is known to be as wide as another one and to begin at the same height."""
     if not (is_known(outline)[:3].all() and is_known(other)[:3].all()):
         return False
     size = np.stack([WIDTH, BOTTOM])
-    own, places = (one.covariance[:4, :4] for one in (outline, other)), (outline.place, other.place)
-    off = np.abs(size @ np.subtract(*places)[[0, 2, 1, 3]])
-    error = np.sqrt(np.diagonal(size @ sum(own) @ size.T) + BUILT**2)
+    off = np.abs(size @ np.subtract(*borders_of([outline, other])))
+    covariance = outline.covariance[:4, :4] + other.covariance[:4, :4]
+    error = np.sqrt(np.diagonal(size @ covariance @ size.T) + BUILT**2)
     return bool((off < LIKE * error).all())
 
 

@@ -50,7 +50,7 @@ def compare_sides(
 
     Where one cornice runs over both sides they are one building's wings as a rule: parapets, relief and
     openings differ between wings, so only the plane and the surface tell of a neighbour there, and another
-    rhythm where the surface changes beyond doubt. Slopes of one gable are no step of the eaves.
+    rhythm where the surface changes beyond doubt.
 
     spread (p,): of every channel within a house
     """
@@ -73,9 +73,6 @@ def compare_sides(
     t = _rhythm(rows[last_bins(left, 2 * REACH_BINS)], rows[first_bins(right, 2 * REACH_BINS)])
     if t > _HINT:
         cues["rhythm"] = t
-    if is_gable(profile, left, right):
-        alone = False
-        cues.pop("eaves", None)
     if common:
         painted = cues.get("surface", 0.0) > SURE  # neighbours paint each their own house
         wings = _OF_WINGS if painted else (*_OF_WINGS, "rhythm")
@@ -114,7 +111,8 @@ def difference(
         close, _ = _step(evidence, k, last_bins(left, NEAR_BINS), first_bins(right, NEAR_BINS), floor)
         step, t = (float(np.sign(step)) * min(abs(step), abs(close)), t) if step * close > 0 else (0.0, 0.0)
         profile = evidence.profile
-        if not (is_free_above(profile, left, right) and is_step_kept(profile, left, right)):
+        kept = is_free_above(profile, left, right) and is_step_kept(profile, left, right)
+        if not kept or is_gable(profile, left, right):
             return 0.0, 0.0
     return step, t
 

@@ -106,7 +106,7 @@ def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange
 def is_gable(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
     """Decides whether the tops over both sides rise to a ridge and fall again alike, as over one gable.
 
-    What stands behind a gable may rise above its slopes, and make a step of them.
+    What stands behind a gable may rise above its slopes, so that they seem to have a step.
     """
     top = profile.top[left[0] : right[1]]
     known = np.isfinite(top)
@@ -121,7 +121,7 @@ def is_gable(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
 
 
 def _mirrored(top: Float) -> float:
-    """Returns the share of the tops (n,) m that are as high as those as far from the other end."""
+    """Returns the share of the tops (n,) m that are as high as their mirror images about the middle."""
     return float((np.abs(top - top[::-1]) < _SAME_TOP_M).mean())
 
 

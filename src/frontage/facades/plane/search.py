@@ -8,10 +8,11 @@ from frontage.facades.cloud import BuildingCloud
 from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.plane import fit_plane, fit_upright_plane, plane_offsets
+from frontage.model.masonry import MASONRY
 from frontage.solve.ransac import Consensus, lo_ransac
 
 _SHARPEST_M = 0.006  # m, least inlier distance: mortar joints
-_BASE_M = 0.5  # m, shortest base of a sample: half a metre of wall, the narrowest pier
+_BASE_M = MASONRY.pier  # m, shortest base of a sample
 
 
 @dataclass(eq=False)

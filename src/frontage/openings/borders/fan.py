@@ -12,7 +12,7 @@ from frontage.openings.wall.raster import averaged
 
 _MOST = 6000  # beams of a head: more tell nothing new
 _FULL = 0.75  # share of the points of a wall that masonry shows at least, over 3 x 3 cells
-_SQRT3 = float(np.sqrt(3.0))
+RISE_OF_POINTED = float(np.sqrt(3.0))  # of an equilateral pointed arch, in halves of its width
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def fan_of(
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     x, z = near.shifted(np.where(seen, begin, face))
     free = near.depth >= min(face, 0.0) - near.wall  # points further in front hide the border
-    # hood moulds stand out further than some frames lie back: the wall behind them is solid as well
+    # a hood mould can stand out further than the frame lies back: the wall behind it counts as solid, too
     solid = near.depth <= np.where(seen, begin, max(face + back / 2, near.wall))
     if not near.rays and density > 0.0:
         free &= solid | ~_on_masonry(x, z, solid, density)
@@ -71,7 +71,7 @@ def fan_of(
 
 
 def _on_masonry(x: Float, z: Float, solid: Bool, density: float) -> Bool:
-    """Returns which places (n,) lie where `solid` points fill the wall, `density` of them per m2.
+    """Returns which beams (n,) lie where about as many `solid` ones are as a wall has (`density` per m2).
 
     Ceilings that were seen aslant through an opening seem to lie behind the wall beside it.
     """
@@ -85,14 +85,14 @@ def _on_masonry(x: Float, z: Float, solid: Bool, density: float) -> Bool:
 
 
 def outward(shape: str, rise: float, place: Box, xz: Float) -> Float:
-    """Returns the directions (2, n), not normalised, from the border nearest to xz (2, n) m into the wall."""
+    """Returns the directions (2, n), not normalised, from the nearest border outwards at xz (2, n) m."""
     x0, z0, x1, z1 = place
     half, middle = (x1 - x0) / 2, (x0 + x1) / 2
     side = np.where(xz[0] < middle, -1.0, 1.0)
     if shape == "triangular":
         found = np.stack([side * rise, np.full(len(side), half)])
     elif shape == "pointed":
-        found = xz - np.stack([middle - side * half, np.full(len(side), z1 - _SQRT3 * half)])
+        found = xz - np.stack([middle - side * half, np.full(len(side), z1 - RISE_OF_POINTED * half)])
     else:
         radius = (half**2 + rise**2) / (2.0 * rise) if shape == "segmental" else half
         low = z1 - radius if shape in ("segmental", "round") else max((z0 + z1) / 2, z1 - radius)

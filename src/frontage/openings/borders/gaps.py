@@ -5,7 +5,7 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.wall.evidence import WALL
 
 _SMALL = 0.6  # m: shadows of ledges, joints and pipes leave gaps that are narrower or lower
-_SMALL_EMPTY = 0.9  # m, the same of gaps that show neither a frame nor most borders: dull patches are larger
+_SMALL_EMPTY = 0.9  # m: patches that return little leave larger gaps, with no frame or sharp border
 _SURELY = 2.0  # sigmas by which a small opening is deeper than a panel
 _DEEP = 1 / 3  # share of what lies behind the wall that lies deeper than half a brick: panes and rooms
 _SHARE = 0.75  # share of the borders that nothing hides that a small opening shows

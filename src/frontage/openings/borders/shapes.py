@@ -7,7 +7,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.fan import Fan
+from frontage.openings.borders.fan import RISE_OF_POINTED, Fan
 from frontage.openings.borders.scores import STRAY, blurred_scores
 from frontage.openings.boxes import Box
 
@@ -19,7 +19,6 @@ _EDGE = 0.01  # m beside the sides where beams determine the sides, not the head
 _MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
 _STRIPS = 24  # borders that the shadow of a post may have, over the width of a head
-_SQRT3 = float(np.sqrt(3.0))
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ def find_head(fan: Fan, place: Box, blur: float, known: Head | None = None) -> H
         found_at = search.best([(known.shape, r) for r in rises])
         best = max(range(len(rises)), key=lambda k: found_at[k][0])
         return search.refined(replace(known, rise=rises[best], top=found_at[best][1]))
-    trials = [("round", half), ("pointed", _SQRT3 * half)]
+    trials = [("round", half), ("pointed", RISE_OF_POINTED * half)]
     trials += [("segmental", float(r) * 2 * half) for r in _RISES]
     trials += [("triangular", float(r) * 2 * half) for r in _SLOPES]
     trials = [("rectangle", 0.0), *((shape, rise) for shape, rise in trials if rise <= 0.95 * (high - z0))]
@@ -100,7 +99,7 @@ def find_head(fan: Fan, place: Box, blur: float, known: Head | None = None) -> H
 def _rises(known: Head, half: float, height: float) -> list[float]:
     """Returns the rises m that a head of known shape may have; `half` width and `height` of the opening m."""
     if known.shape in ("round", "pointed"):
-        return [half if known.shape == "round" else _SQRT3 * half]
+        return [half if known.shape == "round" else RISE_OF_POINTED * half]
     free = 2.0 * half * (_RISES if known.shape == "segmental" else _SLOPES)
     return [known.rise, *(float(r) for r in free if r < 0.95 * height)]
 
@@ -210,7 +209,7 @@ def _ring(shape: str, p: Float) -> Float:
     if shape == "circle":
         angle = np.arange(2 * _ARC) * np.pi / _ARC
         return np.column_stack([middle + half * np.cos(angle), (z0 + z1) / 2 + (z1 - z0) / 2 * np.sin(angle)])
-    rise = {"round": half, "pointed": _SQRT3 * half}.get(shape, rise)
+    rise = {"round": half, "pointed": RISE_OF_POINTED * half}.get(shape, rise)
     u = np.linspace(1.0, -1.0, {"rectangle": 2, "triangular": 3}.get(shape, _ARC + 1)) * half
     head = z1 + below(shape, rise, half, u)
     return np.column_stack([np.concatenate([[x0, x1], middle + u]), np.concatenate([[z0, z0], head])])

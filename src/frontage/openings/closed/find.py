@@ -27,7 +27,7 @@ from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 
 _SURE = 0.99  # posterior probability that an opening needs
-_TELLS = float(np.log(_SURE / (1.0 - _SURE)))  # nats that tell so surely
+_TELLS = float(np.log(_SURE / (1.0 - _SURE)))  # nats for it at even odds
 _LIKELY = 3.0  # nats from which a place may be an opening, and is not used to learn how the wall looks
 _PRIOR = 0.05  # share of the crossings seen as wall that hold a closed opening
 _BESIDE = 0.06  # m: clear places nearer to one another belong to one opening

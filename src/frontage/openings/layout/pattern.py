@@ -83,13 +83,13 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
     if not forms.groups:
         return []
     firm = [o.place for o, foot in zip(outlines, feet, strict=True) if foot or is_known(o).all()]
-    places, likeness = np.array([o.place for o in outlines]), Likeness(evidence, [o.place for o in outlines])
-    wall = Wall(evidence, outlines)
+    places = [o.place for o in outlines]
+    boxes, likeness, wall = np.array(places), Likeness(evidence, places), Wall(evidence, outlines)
     judged = []
     for one in _proposals(outlines, forms, evidence, likeness, firm):
         if is_near(one.place, firm):
             continue
-        rivals = tuple(np.flatnonzero(near_ones(one.place, places)).tolist())
+        rivals = tuple(np.flatnonzero(near_ones(one.place, boxes)).tolist())
         odds = one.log_odds + _gain(one, [outlines[k] for k in rivals], wall)
         if odds > (0.0 if rivals else _SURE):
             judged.append((odds, Revision(one, rivals, float(expit(odds)), worth_at(one.place, evidence))))
@@ -107,9 +107,10 @@ def _proposals(
     likeness: Likeness,
     firm: Sequence[Box],
 ) -> Iterator[Proposal]:
-    """Yields what rows, columns and forms propose on the facade.
+    """Yields the openings on the facade that rows, columns and forms predict.
 
-    In free places, openings without another of their form tell columns, too, and the foot may be hidden.
+    Where nothing was found, openings that are the only ones of their form predict others in their column as
+    well, and the foot of the wall may be hidden.
     """
     taken = [o.place for o in outlines]
     for one in _at_nodes(outlines, forms, likeness, firm):
@@ -133,7 +134,7 @@ def _at_nodes(
 ) -> list[Proposal]:
     """Returns what the rows and columns of the forms predict where they cross.
 
-    `alone`: openings that have no other of their form stand in columns as well.
+    `alone`: openings that are the only ones of their form stand in columns as well.
     """
     groups = [tuple(k for k in form if is_placed(outlines[k])) for form in forms.groups]
     groups = [form for form in groups if len(form) > 1]
@@ -203,9 +204,10 @@ def _is_unlike(node: Node, outline: Outline) -> bool:
 
 
 def _is_on(place: Box, evidence: Evidence, *, upper: bool = False) -> bool:
-    """Returns whether a place lies on the facade, or with `upper`, whether its upper half does.
+    """Returns whether a place lies on the facade. With `upper`, it is enough that its upper half does.
 
-    Hedges and cars hide the foot of a wall, and its outline ends above them. A row tells the sills there.
+    Hedges and cars hide the foot of a wall, and its outline ends above them. The other openings of the row
+    tell where the sills are.
     """
     cells = cells_of(place, evidence)
     if cells is None:

@@ -155,7 +155,7 @@ def _is_frame(own: Float, side: Box, pane: Box, due: float) -> bool:
 
 
 def _shares(own: Float, box: Box, due: float, number: int) -> Float:
-    """Returns the beams that ended in each of a `number` of rows of a box, as shares of the expected ones."""
+    """Returns how many beams ended in each of `number` rows of a box, as a share of those expected there."""
     x0, z0, x1, z1 = box
     counts = np.histogram(points_within(own, box)[1], number, (z0, z1))[0]
     return np.asarray(counts * number / (due * (x1 - x0) * (z1 - z0)))

@@ -16,7 +16,6 @@ from frontage.openings.wall.evidence import BARS
 
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
 _PROVED = 1  # the same where lines of sight prove that the wall is open
-_PIER = 0.5  # m, width of a narrow pier: what is wider may be a shop window at the end of a front
 _BESIDE, _PROBES = 0.1, 9  # m beside a side where its jamb is looked for, and at how many places
 _HALF = 0.5  # share of these places that are jamb
 
@@ -54,7 +53,8 @@ def are_openings(outlines: Sequence[Outline]) -> list[bool]:
 def have_jambs(outlines: Sequence[Outline], facade: Facade) -> list[bool]:
     """Returns which outlines are as wide as a pier, or have the facade on both sides.
 
-    The sides of a column that stands in the outline of a facade recede, and look like slots beside it.
+    The sides of a column that stands in the outline of a facade recede, and look like slots beside it. What
+    is wider than a pier may be a shop window at the end of a front.
     """
     ring = shapely.make_valid(shapely.Polygon(facade.outline))
     along = np.linspace(0.0, 1.0, _PROBES)
@@ -63,7 +63,7 @@ def have_jambs(outlines: Sequence[Outline], facade: Facade) -> list[bool]:
         x0, z0, x1, z1 = outline.place
         z = z0 + along * (z1 - z0)
         sides = (shapely.contains_xy(ring, x, z).mean() for x in (x0 - _BESIDE, x1 + _BESIDE))
-        jambs.append(x1 - x0 >= _PIER or min(sides) > _HALF)
+        jambs.append(x1 - x0 >= MASONRY.pier or min(sides) > _HALF)
     return jambs
 
 
