@@ -33,3 +33,11 @@ def test_what_stands_below_a_high_wall_is_no_balustrade():
     wall = holed(0, 8, 0, 5.4, 0.0, 0.3, [PANE])
     found = openings_of([*wall, *framed(PANE, 0.1), *posts(5.4, 6.6), box(0, 8, 0.0, 0.3, 6.6, 9.0)])
     assert any(box[1] > 5.0 for box in found)
+
+
+def test_a_railing_before_a_window_below_the_eaves_is_no_balustrade():
+    high = (2.5, 6.1, 5.5, 8.3)
+    wall = holed(0, 8, 0, 9.0, 0.0, 0.3, [high])
+    bars = [box(x - 0.02, x + 0.02, 0.05, 0.09, 6.1, 7.0) for x in np.arange(2.6, 5.45, 0.12)]
+    (found,) = openings_of([*wall, *framed(high, 0.2), *bars])
+    assert np.abs(found - high).max() < 0.1

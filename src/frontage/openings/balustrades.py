@@ -18,6 +18,7 @@ _NEAR_M = 0.15  # m off the depth of the wall within which balusters stand
 _PITCH_M = 0.6  # m between balusters at most
 _LONG = 1.25  # times its height that a balustrade is long at least, unlike casements with bars
 _FEWEST = 4  # balusters that make a row
+_QUARTERS = 4  # of the height, of which the upper half shows the balusters; the foot may be hidden
 _COLUMN_M, _SPACINGS = 0.05, 2.0  # width of the columns that tell balusters from gaps, m and spacings
 # share of the fullest column that tells a baluster from a gap, and the fewest points that it has
 _HELD, _TOLD = 0.3, 10
@@ -26,8 +27,8 @@ _HELD, _TOLD = 0.3, 10
 def are_balustrades(places: Sequence[Box], wall: ObservedWall, scan: Scan) -> list[bool]:
     """Returns which places are balustrades at the upper end of a wall, with nothing but sky above their rail.
 
-    Points at the depth of the wall stand there in a row of posts, close together. Grilles of windows have
-    wall above them.
+    Points at the depth of the wall stand there in a row of posts, close together, that reach up to the rail.
+    Grilles of windows have wall above them, and railings before windows end halfway up.
     """
     ring = shapely.make_valid(shapely.Polygon(wall.facade.outline))
     rows = [not goes_on_above(ring, place, _RAIL_M) and _is_row_of_posts(wall, place) for place in places]
@@ -52,4 +53,7 @@ def _is_row_of_posts(wall: ObservedWall, place: Box) -> bool:
         return False
     posts = held > _HELD * held.max()
     number = int(posts[0]) + int((posts[1:] & ~posts[:-1]).sum())
-    return number >= _FEWEST and _LONG * (z1 - z0) < x1 - x0 < _PITCH_M * number
+    if number < _FEWEST or not _LONG * (z1 - z0) < x1 - x0 < _PITCH_M * number:
+        return False
+    height = np.histogram(z[near], _QUARTERS, (z0 + wide, z1 - wide))[0]  # without foot and rail
+    return bool((height[_QUARTERS // 2 :] > _HELD * height.max()).all())
