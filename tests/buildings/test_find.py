@@ -210,3 +210,17 @@ def test_a_storey_that_is_mostly_glass_is_a_building() -> None:
     found = find_buildings(Scan("pavilion", np.vstack([wall[~glass], ground]), WORLD))
     assert len(found.buildings) == 1
     assert len(found.buildings[0].index) > 0.9 * (~glass).sum()
+
+
+@pytest.mark.parametrize("lintel", [True, False])
+def test_a_front_goes_on_below_a_lintel_however_wide_the_opening_is(lintel: bool) -> None:
+    rng = np.random.default_rng(0)
+    x, y, z = rng.uniform(0, 30, 90000), rng.normal(0, 0.005, 90000), rng.uniform(0, 10.0, 90000)
+    wall = np.column_stack([x, y, z])
+    glass = (np.abs(x - 15.0) < 3.5) & (z > 1.0) & ((z < 8.6) | (not lintel))
+    plan = rng.uniform((-5.0, -12.0), (35.0, -0.1), (30000, 2))
+    ground = np.column_stack([plan, rng.normal(0.0, 0.01, len(plan))])
+    found = find_buildings(Scan("hall", np.vstack([wall[~glass], ground]), WORLD))
+    assert len(found.buildings) == (1 if lintel else 2)
+    if lintel:
+        assert len(found.buildings[0].index) > 0.95 * (~glass).sum()

@@ -25,7 +25,12 @@ COLUMNS = np.array(
 
 def test_a_few_columns_that_do_not_face_across_their_line_are_no_front():
     walls = WallMap(
-        np.ones(7, np.bool_), COLUMNS[:, :2], COLUMNS[:, 4], COLUMNS[:, 2:4], np.zeros(7, np.int64)
+        np.ones(7, np.bool_),
+        COLUMNS[:, :2],
+        COLUMNS[:, 4],
+        COLUMNS[:, 2:4],
+        np.zeros(7, np.int64),
+        np.empty((0, 2)),
     )
     cloud = SimpleNamespace(tree=SimpleNamespace(level=SimpleNamespace(size=0.1)))
     assert draw_fronts(cloud, walls) == []
@@ -42,7 +47,14 @@ def test_a_front_takes_no_wall_of_a_house_across_the_street() -> None:
     behind = np.array([[8.0, 5.0], [8.0, 5.25], [8.0, 5.5]])
     xy = np.vstack([front, across, behind])
     normal = np.tile([0.0, 1.0], (len(xy), 1))
-    walls = WallMap(np.ones(1, np.bool_), xy, np.full(len(xy), 20.0), normal, np.zeros(len(xy), np.int64))
+    walls = WallMap(
+        np.ones(1, np.bool_),
+        xy,
+        np.full(len(xy), 20.0),
+        normal,
+        np.zeros(len(xy), np.int64),
+        np.empty((0, 2)),
+    )
     measured = np.zeros((80, 80), np.bool_)  # a car hides the ground between the two houses
     measured[20:40, 44:80] = True
     ground = Ground(np.zeros((80, 80)), measured, np.array([-20.0, -20.0]), 0.5)

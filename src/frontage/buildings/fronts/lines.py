@@ -13,6 +13,7 @@ from frontage.model.masonry import MASONRY
 
 _BAND_M = 6.0  # m, parallel walls up to this far apart are one front with setbacks
 _RUN_GAP_M = 4.0  # m, longest stretch of a front without wall (a gate, a shadow)
+_SPANNED = 0.9  # share of a longer stretch over which wall goes on above
 _MIN_FRONT_M = 3.0  # m, shortest front
 _ON_LINE_M = MASONRY.relief  # m, columns this near a line are on it
 _PARALLEL_COS = 0.9  # cosine between the normals of a column and a line: 25 degrees
@@ -65,7 +66,9 @@ def _next_front(walls: WallMap, free: Int, block: int, size: float) -> StreetFro
     band = (np.abs((xy - origin) @ out) < _BAND_M) & (np.abs(normal @ out) > _PARALLEL_COS)
     if not band.any():  # the line of a few columns need not run as they face
         return None
-    run = _heaviest_run(s, weight * on, band, max(_RUN_GAP_M, 4 * size))
+    over = (walls.lintels - origin)[np.abs((walls.lintels - origin) @ out) < tolerance] @ along
+    is_open = _open_stretches(s[band], over, max(_RUN_GAP_M, 4 * size), size)
+    run = _heaviest_run(s, weight * on, band, is_open)
     lo, hi = float(s[run].min()), float(s[run].max())
     if hi - lo < max(_MIN_FRONT_M, 3 * size):
         return None
@@ -84,11 +87,24 @@ def _best_column(xy: Float, normal: Float, weight: Float, tolerance: float) -> i
     return int(trial[int(np.argmax(score))])
 
 
-def _heaviest_run(s: Float, weight: Float, band: Bool, gap: float) -> Int:
+def _open_stretches(s: Float, lintels: Float, gap: float, size: float) -> Bool:
+    """Returns which stretches (k - 1,) between columns (k,) m along a line break it, in the order of s.
+
+    They are longer than `gap` m, and wall of `size` m per cell does not go on above them at `lintels` (n,) m.
+    """
+    edge = np.sort(s)
+    length = np.diff(edge)
+    covered = np.unique(np.floor(lintels / size))
+    spanned = np.diff(np.searchsorted(covered, edge / size)) * size
+    open_: Bool = (length > gap) & (spanned < _SPANNED * length)
+    return open_
+
+
+def _heaviest_run(s: Float, weight: Float, band: Bool, is_open: Bool) -> Int:
     """Returns the columns of the unbroken stretch along s, within the band, that holds the most weight."""
     index = np.flatnonzero(band)
     index = index[np.argsort(s[index], kind="stable")]
-    piece = np.concatenate([[0], np.cumsum(np.diff(s[index]) > gap)])
+    piece = np.concatenate([[0], np.cumsum(is_open)])
     run: Int = index[piece == np.argmax(np.bincount(piece, weights=weight[index]))]
     return run
 
