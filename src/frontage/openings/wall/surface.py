@@ -19,6 +19,8 @@ _STEPS = 6  # steps of the search for the fullest layer, in its thickness
 _BESIDE = 1.5
 _FRAMED = 0.8  # share of the tiles around a window that its frame fills
 _PIER = 0.4  # share of a tile that a pier fills
+_FULL = 0.6  # share of a tile that a wall which stands out fills, counted once per bin of its depth
+_LARGE = 5  # tiles that such a part is wide and high at least: 1.25 m
 
 
 def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = True) -> Float:
@@ -31,8 +33,10 @@ def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = Tr
     own, area, y, slack = _areas(xyz, raster, roughness)
     wall = _without_recesses(_chosen(area, y, slack, rays), own, y, slack)
     stepped = _stepped(wall, own, y, slack)
-    wall = stepped if rays else np.where(is_set_back_foot(stepped, slack), stepped, wall)
-    wall = with_set_back_tops(wall, own, y, slack)
+    if not rays:  # only feet that are set back, and what stands out
+        wall = _with_standing_parts(wall, own, y, slack)
+        stepped = np.where(is_set_back_foot(stepped, slack), stepped, wall)
+    wall = with_set_back_tops(stepped, own, y, slack)
     return _refined(wall, xyz, raster, slack)
 
 
@@ -110,9 +114,12 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     return _without_openings(wall, slack)
 
 
-def _without_openings(wall: Float, slack: float) -> Float:
-    """Fills the tiles (h, w) that lie deeper than those around them and are no larger than an opening."""
-    return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
+def _without_openings(wall: Float, slack: float, narrow: int = 1) -> Float:
+    """Fills the tiles (h, w) that lie deeper than those around them and are no larger than an opening.
+
+    What is higher is still one where it is fewer than `narrow` tiles wide.
+    """
+    return _filled(wall, wall > np.maximum(*_opened(wall, narrow)) + slack)
 
 
 def _without_framed(wall: Float, slack: float) -> Float:
@@ -156,23 +163,46 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     return _without_openings(_nearer(stepped, own, y, slack), slack)
 
 
-def _nearer(wall: Float, own: Array, y: Float, slack: float) -> Float:
-    """Returns the depth (h, w) m of the wall; tiles full of a nearer wall beside them belong to it."""
+def _with_standing_parts(wall: Float, own: Array, y: Float, slack: float) -> Float:
+    """Returns the depth (h, w) m of the wall with the parts that stand out before the plane at their own.
+
+    The plane of a facade may be that of another storey, in which the bars of windows here happen to lie. What
+    fills tile after tile, wider and higher than signs and shutters, hides all that lies behind it.
+    """
+    width = 2 * int(_SAME) + 1
+    layer = ndimage.uniform_filter1d(own, width, axis=2, mode="constant") * width
+    before = (y < (wall - slack)[..., None]) & (y >= (wall - MASONRY.pier)[..., None])
+    layer = np.where(before, layer, 0.0)
+    held = layer.max(2)
+    full = (held > _FULL * _FINE**2) & (held > own.sum(2) / 2.0)
+    part = ndimage.binary_opening(ndimage.binary_closing(full), np.ones((_LARGE, _LARGE), np.bool_))
+    if not (part & full).any():
+        return wall
+    out = _nearer(np.where(part & full, y[layer.argmax(2)], wall), own, y, slack, MASONRY.pier)
+    return _without_openings(out, slack, _LARGE)
+
+
+def _nearer(wall: Float, own: Array, y: Float, slack: float, most: float = FITTING) -> Float:
+    """Returns the depth (h, w) m of the wall; tiles full of a nearer wall beside them belong to it.
+
+    That wall is up to `most` m nearer.
+    """
     reach = int(3.0 * _KERNEL / TILE)
     before = ndimage.minimum_filter(wall, (1, 2 * reach + 1), mode="nearest")
     shown = shown_at(before, own, y, slack)
     full = (shown.sum(2) > own.sum(2) / 2.0) & (shown.max(2) > _FINE**2 / 2)
-    return np.where(full & (before < wall - slack) & (before >= wall - FITTING), before, wall)
+    return np.where(full & (before < wall - slack) & (before >= wall - most), before, wall)
 
 
-def _opened(wall: Float) -> tuple[Float, Float]:
+def _opened(wall: Float, narrow: int = 1) -> tuple[Float, Float]:
     """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building.
 
-    A recess ends at the ground, whereas nothing is known of what lies beside the map.
+    A recess ends at the ground, whereas nothing is known of what lies beside the map. Parts of fewer than
+    `narrow` tiles in width count as low, however high they are.
     """
     size = int(MASONRY.largest_opening / TILE) | 1
     tall = min(size, (len(wall) - 1) | 1)
-    high = ndimage.grey_opening(wall, (tall, 1), mode="constant", cval=-np.inf)
+    high = ndimage.grey_opening(wall, (tall, narrow), mode="constant", cval=-np.inf)
     return high, ndimage.grey_opening(wall, (1, size))
 
 
