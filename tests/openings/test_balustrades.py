@@ -1,8 +1,11 @@
 """The gaps of a balustrade on a wall are no openings; windows with bars of masonry below a wall are."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.balustrades import _is_row_of_posts
 from openings.boxes import box, scanned
 from openings.joinery import framed, holed
 
@@ -41,3 +44,11 @@ def test_a_railing_before_a_window_below_the_eaves_is_no_balustrade():
     bars = [box(x - 0.02, x + 0.02, 0.05, 0.09, 6.1, 7.0) for x in np.arange(2.6, 5.45, 0.12)]
     (found,) = openings_of([*wall, *framed(high, 0.2), *bars])
     assert np.abs(found - high).max() < 0.1
+
+
+def test_a_row_of_posts_may_be_too_low_for_the_cells_of_a_coarse_scan():
+    x, z = np.meshgrid(np.repeat([0.3, 0.7, 1.1, 1.5, 1.9], 6), np.linspace(0.02, 0.38, 4))
+    points = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    beams = SimpleNamespace(points=points, depth_at=lambda x, z: np.zeros(len(x)))
+    coarse = SimpleNamespace(beams=beams, facade=SimpleNamespace(spacing=0.105))
+    assert _is_row_of_posts(coarse, (0.0, 0.0, 2.2, 0.4))

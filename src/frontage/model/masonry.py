@@ -21,6 +21,7 @@ class Masonry:
                    stands on the ground, and no wall need show below it
     door_height    headroom: doors are at least this high (door leaves of DIN 18101 begin at 1.985 m; old
                    houses have lower ones), and people walk under balconies and awnings that leave so much
+    headroom       clear height under balconies, and under the wall over a gate or a glass front (assumed)
     person         height of a person: nothing lower is a room
     room_width     width of the front of the smallest room (assumed)
     room_height    height of that front: the clear height of 2.4 m that the German model building code
@@ -40,6 +41,7 @@ class Masonry:
     step_out: float = 0.1
     threshold: float = 0.35
     door_height: float = 1.8
+    headroom: float = 2.3
     person: float = 1.7
     room_width: float = 2.0
     room_height: float = 2.5

@@ -18,7 +18,7 @@ _NEAR_M = 0.15  # m off the depth of the wall within which balusters stand
 _PITCH_M = 0.6  # m between balusters at most
 _LONG = 1.25  # times its height that a balustrade is long at least, unlike casements with bars
 _FEWEST = 4  # balusters that make a row
-_QUARTERS = 4  # of the height, of which the upper half shows the balusters; the foot may be hidden
+_QUARTERS = 4  # parts of the height, of which those of the upper half show the posts; the foot may be hidden
 _COLUMN_M, _SPACINGS = 0.05, 2.0  # width of the columns that tell balusters from gaps, m and spacings
 # share of the fullest column that tells a baluster from a gap, and the fewest points that it has
 _HELD, _TOLD = 0.3, 10
@@ -55,5 +55,8 @@ def _is_row_of_posts(wall: ObservedWall, place: Box) -> bool:
     number = int(posts[0]) + int((posts[1:] & ~posts[:-1]).sum())
     if number < _FEWEST or not _LONG * (z1 - z0) < x1 - x0 < _PITCH_M * number:
         return False
-    height = np.histogram(z[near], _QUARTERS, (z0 + wide, z1 - wide))[0]  # without foot and rail
-    return bool((height[_QUARTERS // 2 :] > _HELD * height.max()).all())
+    low, high = z0 + wide, z1 - wide  # without foot and rail
+    if low >= high:  # too low for columns this wide to tell where the posts end
+        return True
+    filled = np.histogram(z[near], _QUARTERS, (low, high))[0]
+    return bool((filled[_QUARTERS // 2 :] > _HELD * filled.max()).all())

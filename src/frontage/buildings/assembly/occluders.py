@@ -15,7 +15,6 @@ from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY
 
 _ON_WALL_M = MASONRY.relief  # m in front of the wall: still its relief
-_HEADROOM_M = 2.3  # m, headroom under a balcony
 _TALL_M = 3.5  # m: an upright surface higher than any vehicle is a wall
 _LEAFY = 0.5  # share of scattered cells that makes a piece foliage
 _UPRIGHT = 0.35  # |z| of the normal below which a surface is upright: 20 degrees
@@ -48,7 +47,7 @@ def find_occluders(cloud: StreetCloud, front_of: Float, near: Bool, wall: Bool) 
     base = np.full(n, np.inf)
     np.minimum.at(base, group, height[at])
     is_attached = leaning > 0
-    is_hanging = base > _HEADROOM_M
+    is_hanging = base > MASONRY.headroom
     is_leaning = leaning > _LEANING * tall
     is_surface = _share(group, _is_foliage(tree.shape)[at], n) < _LEAFY
     is_tall = tall * tree.level.size >= _TALL_M

@@ -66,8 +66,9 @@ def _next_front(walls: WallMap, free: Int, block: int, size: float) -> StreetFro
     band = (np.abs((xy - origin) @ out) < _BAND_M) & (np.abs(normal @ out) > _PARALLEL_COS)
     if not band.any():  # the line of a few columns need not run as they face
         return None
-    over = (walls.lintels - origin)[np.abs((walls.lintels - origin) @ out) < tolerance] @ along
-    is_open = _open_stretches(s[band], over, max(_RUN_GAP_M, 4 * size), size)
+    lintels = walls.lintels - origin
+    lintels = lintels[np.abs(lintels @ out) < tolerance]
+    is_open = _open_stretches(s[band], lintels @ along, max(_RUN_GAP_M, 4 * size), size)
     run = _heaviest_run(s, weight * on, band, is_open)
     lo, hi = float(s[run].min()), float(s[run].max())
     if hi - lo < max(_MIN_FRONT_M, 3 * size):
@@ -88,9 +89,10 @@ def _best_column(xy: Float, normal: Float, weight: Float, tolerance: float) -> i
 
 
 def _open_stretches(s: Float, lintels: Float, gap: float, size: float) -> Bool:
-    """Returns which stretches (k - 1,) between columns (k,) m along a line break it, in the order of s.
+    """Returns which stretches (k - 1,) between columns at s (k,) m along a line break it, in order.
 
-    They are longer than `gap` m, and wall of `size` m per cell does not go on above them at `lintels` (n,) m.
+    Such a stretch is longer than `gap` m, and the places `lintels` (n,) m of wall above openings, in cells of
+    `size` m, do not cover it.
     """
     edge = np.sort(s)
     length = np.diff(edge)
@@ -101,7 +103,10 @@ def _open_stretches(s: Float, lintels: Float, gap: float, size: float) -> Bool:
 
 
 def _heaviest_run(s: Float, weight: Float, band: Bool, is_open: Bool) -> Int:
-    """Returns the columns of the unbroken stretch along s, within the band, that holds the most weight."""
+    """Returns the columns of the unbroken stretch along s, within the band, that holds the most weight.
+
+    is_open  (k - 1,) whether the stretch between two of the k columns of the band, in order, is a break
+    """
     index = np.flatnonzero(band)
     index = index[np.argsort(s[index], kind="stable")]
     piece = np.concatenate([[0], np.cumsum(is_open)])

@@ -15,6 +15,7 @@ from frontage.buildings.cloud import StreetCloud
 from frontage.buildings.groups import mean_of
 from frontage.buildings.octree.shape import LocalShape
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
+from frontage.model.masonry import MASONRY
 
 _UPRIGHT = 0.35  # |z| of the normal below which a surface is upright: 20 degrees
 _LEAST_PLANARITY = 0.35  # planarity of a wall, at least
@@ -23,7 +24,6 @@ _FEWEST_LEAVES = 5  # leaves around a cell of a wall, at least
 _LEAST_FILL = 0.35  # share of a column's bins that are occupied: windows and shadows take the rest
 _FEWEST_BINS = 3  # height bins of a wall column, at least
 _LINK_M = 2.0  # m, wall columns closer than this belong to one block
-_HEADROOM_M = 2.3  # m above ground: wall over an opening begins higher than this
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class WallMap:
     bins    (k,) occupied height bins of each column
     normal  (k, 2) unit normal, of either sign
     block   (k,) number of the group of columns that each belongs to
-    lintels (j, 2) m local, columns that show too little wall, but some of it above the height of doors
+    lintels (j, 2) m local, columns that show too little wall for a front, but some of it above an opening
     """
 
     cells: Bool
@@ -63,8 +63,9 @@ def map_walls(cloud: StreetCloud, *, sparse: bool = False) -> WallMap:
     xy = np.column_stack([mean_of(of_cell, level.mean[at, a], count) for a in (0, 1)])
     normal = _mean_normals(of_cell, shape.normal[at, :2], count)
     keep = tall & (sparse | (bins >= need))
-    high = np.bincount(of_cell[cloud.cell_height[at] > _HEADROOM_M], minlength=len(own)) >= _FEWEST_BINS
-    # columns with wide windows show too little wall for a front, but both sides of them are one block
+    above = of_cell[cloud.cell_height[at] > MASONRY.headroom]
+    high = np.bincount(above, minlength=len(own)) >= _FEWEST_BINS
+    # columns with wide openings show too little wall for a front, but both sides of them are one block
     linked = tall | high
     block = _blocks(xy[linked], max(_LINK_M, 3 * level.size))[keep[linked]]
     return WallMap(cells, xy[keep], bins[keep], normal[keep], block, xy[high & ~keep])

@@ -117,7 +117,7 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
 def _without_openings(wall: Float, slack: float, narrow: int = 1) -> Float:
     """Fills the tiles (h, w) that lie deeper than those around them and are no larger than an opening.
 
-    What is higher is still one where it is fewer than `narrow` tiles wide.
+    Parts that are fewer than `narrow` tiles wide count as openings, however high they are.
     """
     return _filled(wall, wall > np.maximum(*_opened(wall, narrow)) + slack)
 
@@ -176,16 +176,17 @@ def _with_standing_parts(wall: Float, own: Array, y: Float, slack: float) -> Flo
     held = layer.max(2)
     full = (held > _FULL * _FINE**2) & (held > own.sum(2) / 2.0)
     part = ndimage.binary_opening(ndimage.binary_closing(full), np.ones((_LARGE, _LARGE), np.bool_))
-    if not (part & full).any():
+    part &= full
+    if not part.any():
         return wall
-    out = _nearer(np.where(part & full, y[layer.argmax(2)], wall), own, y, slack, MASONRY.pier)
+    out = _nearer(np.where(part, y[layer.argmax(2)], wall), own, y, slack, MASONRY.pier)
     return _without_openings(out, slack, _LARGE)
 
 
 def _nearer(wall: Float, own: Array, y: Float, slack: float, most: float = FITTING) -> Float:
-    """Returns the depth (h, w) m of the wall; tiles full of a nearer wall beside them belong to it.
+    """Returns the depth (h, w) m of the wall; tiles full of a wall beside them that is nearer belong to it.
 
-    That wall is up to `most` m nearer.
+    That wall stands at most `most` m before theirs.
     """
     reach = int(3.0 * _KERNEL / TILE)
     before = ndimage.minimum_filter(wall, (1, 2 * reach + 1), mode="nearest")
@@ -197,8 +198,8 @@ def _nearer(wall: Float, own: Array, y: Float, slack: float, most: float = FITTI
 def _opened(wall: Float, narrow: int = 1) -> tuple[Float, Float]:
     """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building.
 
-    A recess ends at the ground, whereas nothing is known of what lies beside the map. Parts of fewer than
-    `narrow` tiles in width count as low, however high they are.
+    A recess ends at the ground, whereas nothing is known of what lies beside the map. Parts that are fewer
+    than `narrow` tiles wide count as low, however high they are.
     """
     size = int(MASONRY.largest_opening / TILE) | 1
     tall = min(size, (len(wall) - 1) | 1)
