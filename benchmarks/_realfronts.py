@@ -85,7 +85,7 @@ def annotated(front: Front, methods: Sequence[str]) -> list[list[Any]]:
     for method in methods:
         found, _, _, seconds = openings_of(facades, scan, method)
         for truth in front.truths:
-            told = judged_rings([(o.kind, o.ring) for o in found], scan, truth)
+            told = judged_rings([(o.kind, o.ring) for o in found], scan, read_truth(truth))
             numbers = [f"{told[f'f1@{level}']:.3f}" for level in LEVELS]
             borders = [told.get("border_median_cm", "-"), told.get("border_p90_cm", "-")]
             lines.append(
@@ -129,15 +129,22 @@ def scene(methods: Sequence[str]) -> list[list[Any]]:
     return lines
 
 
-def judged_rings(found: Sequence[tuple[str, Float]], scan: Scan, truth: str) -> dict[str, Any]:
+def read_truth(name: str) -> dict[str, Any]:
+    """Read the annotation of a facade."""
+    truth: dict[str, Any] = json.loads((DATA / "truth" / f"{name}.json").read_text())
+    return truth
+
+
+def judged_rings(found: Sequence[tuple[str, Float]], scan: Scan, truth: dict[str, Any]) -> dict[str, Any]:
     """Return the figures of the annotation's own scorer for kinds and rings (k, 3) m local."""
     entries = [{"kind": kind, "outline_world": scan.world.to_world(ring).tolist()} for kind, ring in found]
     scorer = DATA / "truth" / "score_real.py"
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "facades" / "all" / "openings.json"
+        path, asked = Path(folder) / "facades" / "all" / "openings.json", Path(folder) / "truth.json"
         path.parent.mkdir(parents=True)
         path.write_text(json.dumps({"openings": entries}))
-        command = [sys.executable, str(scorer), folder, str(DATA / "truth" / f"{truth}.json")]
+        asked.write_text(json.dumps(truth))
+        command = [sys.executable, str(scorer), folder, str(asked)]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
     told: dict[str, Any] = json.loads(done.stdout)
     return told

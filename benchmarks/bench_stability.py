@@ -42,7 +42,7 @@ from _changes import (
 )
 from _common import DATA, table
 from _houses import openings_of
-from _realfronts import FRONTS, fronts, judged_rings, read_front
+from _realfronts import FRONTS, fronts, judged_rings, read_front, read_truth
 from frontage.evaluation.result import FoundOpening
 from frontage.geometry.arrays import Float
 from frontage.model import Facade, Scan
@@ -87,7 +87,7 @@ def result(scan: Scan, back: Callable[[Float], Float], truths: Sequence[str]) ->
     told = []
     for truth in truths:
         score = judged_rings(
-            [(o.kind, ring) for o, (ring, _) in zip(openings, rings, strict=True)], scan, truth
+            [(o.kind, ring) for o, (ring, _) in zip(openings, rings, strict=True)], scan, read_truth(truth)
         )
         told.append(f"{score['f1@0.5']:.2f} / {score['f1@0.75']:.2f}")
     facades = [_surface(facade, back) for facade, _ in found]

@@ -113,6 +113,62 @@ def test_windows_round_the_corners_tell_the_street_side_of_a_blank_wall(seed):
     assert all((middle - f.frame.t)[:2] @ f.frame.R[:2, 1] < 0.0 for f in found)
 
 
+def sheet(rng, width, low, high, depth, spacing=0.03):
+    """Points of a blank wall from -width/2, between two heights, at a depth m behind the plane."""
+    wall, _ = panel(rng, width, high - low, spacing=spacing, windows=False)
+    return wall + np.array([0.0, depth, low])
+
+
+def crowns(rng, low, high, count=6000):
+    """Points on the outsides of crowns 4 m wide in a row 5 m before a wall."""
+    towards = rng.normal(size=(count, 3))
+    towards /= np.linalg.norm(towards, axis=1)[:, None]
+    middle = np.column_stack([rng.choice([-6.0, -2.0, 2.0, 6.0], count), np.full((count, 2), (-5.0, 0.0))])
+    middle[:, 2] = rng.uniform(low, high, count)
+    return middle + 2.0 * towards * [1.0, 1.0, 0.3]
+
+
+def street(rng, width, near, far, spacing=0.2):
+    """Points of level ground between two distances from a wall."""
+    x, y = np.meshgrid(np.arange(-width / 2, width / 2, spacing), np.arange(near, far, spacing))
+    return np.column_stack([x.ravel(), y.ravel(), rng.normal(0, 0.01, x.size)])
+
+
+def base(rng, width):
+    """A storey 0.4 m before the plane of the next one, with windows of 4 x 2 m and panes in that plane."""
+    lower = sheet(rng, width, 0.0, 3.2, -0.4)
+    window = (np.abs((lower[:, 0] + 300) % 6 - 3.0) < 2.0) & (np.abs(lower[:, 2] - 1.6) < 1.0)
+    return lower[~window], lower[window] + np.array([0.0, 0.4, 0.0])
+
+
+def facades_of(*parts):
+    scan = Scan("parts", np.vstack(parts) @ turned(0.3).T, WORLD)
+    return [f for f in find_facades(scan, whole(scan, 0.0)) if isinstance(f, Facade)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_storey_that_stands_out_behind_trees_does_not_turn_the_upper_one_round(seed):
+    # the lower wall is no pane in the windows of the upper one, and trees are no building
+    rng = np.random.default_rng(seed)
+    lower, panes = base(rng, 18)
+    ground = street(rng, 18, -8, -1)
+    shade = np.abs(ground[:, 1] + 5) < 2
+    trees = crowns(rng, 5, 7)
+    found = facades_of(sheet(rng, 18, 3.4, 7.0, 0.0), lower, panes, trees, ground[~shade])
+    assert found
+    assert all(f.frame.R[:, 1] @ turned(0.3)[:, 1] > 0.9 for f in found)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_ground_behind_a_tower_is_not_before_its_front(seed):
+    # the street was cut off; the square on the other side shows beyond the rear wall
+    rng = np.random.default_rng(seed)
+    found = facades_of(sheet(rng, 4, 0, 20, 0), sheet(rng, 4, 0, 20, 4, 0.06), street(rng, 4, 4.2, 10))
+    fronts = [f for f in found if abs((turned(0.3).T @ f.frame.t)[1]) < 0.5]
+    assert len(fronts) == 1
+    assert fronts[0].frame.R[:, 1] @ turned(0.3)[:, 1] > 0.9
+
+
 def test_frame_is_right_handed_upright_and_not_mirrored():
     scan, R, t = scene(1)
     frame = only(find_facades(scan, whole(scan))).frame

@@ -154,6 +154,6 @@ def is_no_layer(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], 
 
 
 def _upright(facade: FacadeCandidate) -> FacadeCandidate:
-    """Returns a facade of which the outline holds all cells above and below it."""
+    """Returns a facade of which the outline holds all cells above it."""
     cells = facade.cells
-    return replace(facade, cells=replace(cells, whole=cells.whole | cells.whole.any(0)))
+    return replace(facade, cells=replace(cells, whole=np.logical_or.accumulate(cells.whole, axis=0)))

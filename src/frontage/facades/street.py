@@ -8,11 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from frontage.facades.cells import CellMap
 from frontage.facades.plane.wall import WallPlane
-from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.geometry.sightlines import SightLines
+from frontage.model.masonry import MASONRY
 
 SEEN_THROUGH = 0.5
 """A wall is an interior if more than this share of its points was measured through another wall."""
@@ -95,6 +97,7 @@ def side_from_evidence(
     - The building is high: behind the wall, points reach up to its own height (roof, rooms, other faces).
     - Windows are recessed: in the wall's holes, points close behind outweigh points close in front. All
       points count here, because nothing else tells the side of a court that was cut out of its building.
+      A surface larger than an opening tells nothing: it is a storey that stands out, or one that is set back.
 
     xyz       (n, 3) m local, building and surroundings, evenly thinned
     beside    (m, 3) m, wall's frame: all points of the building beside the plane
@@ -124,22 +127,40 @@ def _log_odds(favour: float, against: float, cap: float = _LOG_ODDS_CAP, chance:
 def _plan_areas(q: Float, cells: CellMap, sign: int) -> tuple[float, float]:
     """Open ground and building (m2, in plan) on the side `sign` of the wall, along its length.
 
-    A plan cell is open when its lowest point is in the lowest third of the wall's height and leaves room for
-    a person above it. Any other is built up when its highest point is in the upper half: what rises over open
-    ground is a tree. These limits are relative to the wall, so slopes, areas and steps do not matter.
+    A plan cell is open when its lowest point is in the lowest third of the wall's height, and no higher than
+    a storey, and leaves room for a person above it. Ground beyond another wall does not count. Any other cell
+    is built up when its highest point is in the upper half: what rises over open ground is a tree, and so is
+    what floats where much open ground shows. These limits are relative to the wall, so slopes, areas and
+    steps do not matter.
     """
     (x0, z0), (x1, z1) = cells.outline.min(0), cells.outline.max(0)
     away = sign * q[:, 1]
     beside = (away > _STRIP_NEAR_M) & (away < _STRIP_FAR_M) & (q[:, 0] > x0) & (q[:, 0] < x1)
     z = q[beside, 2]
-    flat, size = _plan_cells(q[beside, 0] - x0, away[beside], float(x1 - x0))
+    flat, shape = _plan_cells(q[beside, 0] - x0, away[beside], float(x1 - x0))
+    size = shape[0] * shape[1]
     top, floor = np.full(size, -np.inf), np.full(size, np.inf)
     np.maximum.at(top, flat, z)
     np.minimum.at(floor, flat, z)
     above = z - floor[flat]
     filled = np.bincount(flat[(above > _STEP_M) & (above < _PERSON_M)], minlength=size) > 0
-    is_open = (floor < z0 + (z1 - z0) / 3) & ~filled
-    return _plan_area(is_open), _plan_area((top > 0.5 * (z0 + z1)) & ~is_open)
+    low = floor < z0 + min((z1 - z0) / 3, MASONRY.room_height)
+    is_open, is_built = low & ~filled, (top > 0.5 * (z0 + z1)) & (low <= filled)
+    ground = _plan_area(is_open & ~_beyond_walls(flat, z - z0, z1 - z0, shape))
+    is_outside = ground > _OPEN_SHARE * (_STRIP_FAR_M - _STRIP_NEAR_M) * float(x1 - x0)
+    return ground, _plan_area(is_built & low if is_outside else is_built)
+
+
+def _beyond_walls(flat: Int, z: Float, height: float, shape: tuple[int, int]) -> Bool:
+    """Returns the plan cells (size,) that another wall parts from the wall: points fill half of its height.
+
+    flat, z  (n,) plan cells of the points, and m above the foot of the wall
+    shape    rows and columns of the plan cells, the first row beside the wall
+    """
+    levels, held = int(height / _PLAN_CELL_M) + 1, (z > 0) & (z < height)
+    shown = distinct(flat[held] * levels + (z[held] / _PLAN_CELL_M).astype(np.int64)) // levels
+    is_wall = np.bincount(shown, minlength=shape[0] * shape[1]) > levels / 2
+    return np.asarray(np.logical_or.accumulate(is_wall.reshape(shape), axis=0).ravel(), np.bool_)
 
 
 def strip_before(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: float) -> StripBefore:
@@ -169,17 +190,17 @@ def _plan_tops(x: Float, away: Float, height: Float, length: float) -> Float:
     x, away, height  (n,) m: along the wall from its left end, away from it, and up
     length           m, of the wall
     """
-    flat, size = _plan_cells(x, away, length)
-    top = np.full(size, -np.inf)
+    flat, shape = _plan_cells(x, away, length)
+    top = np.full(shape[0] * shape[1], -np.inf)
     np.maximum.at(top, flat, height)
     return top
 
 
-def _plan_cells(x: Float, away: Float, length: float) -> tuple[Int, int]:
-    """Returns the plan cell (n,) of points of a strip of `length` m, and how many cells there are."""
+def _plan_cells(x: Float, away: Float, length: float) -> tuple[Int, tuple[int, int]]:
+    """Returns the plan cell (n,) of points of a strip of `length` m, and how many rows and columns it has."""
     width = int(length / _PLAN_CELL_M) + 1
     flat = (away / _PLAN_CELL_M).astype(np.int64) * width + (x / _PLAN_CELL_M).astype(np.int64)
-    return flat, (int(_STRIP_FAR_M / _PLAN_CELL_M) + 1) * width
+    return flat, (int(_STRIP_FAR_M / _PLAN_CELL_M) + 1, width)
 
 
 def _plan_area(cells: Bool) -> float:
@@ -191,7 +212,11 @@ def _hole_area(q: Float, cells: CellMap, hole: Bool, wall: WallPlane, sign: int)
     """Area (m2) of the wall's holes in which points lie close to the plane, on the side `sign`."""
     away = sign * q[:, 1]
     close = (away > max(2.0 * wall.threshold, 0.04)) & (away < _RECESS_M)
-    return float((cells.marked(q[close, 0], q[close, 2]) & hole).sum()) * cells.cell**2
+    labels, _ = ndimage.label(cells.marked(q[close, 0], q[close, 2]) & hole)
+    area = np.bincount(labels.ravel())[1:] * cells.cell**2
+    sizes = ([(s.stop - s.start) * cells.cell for s in part] for part in ndimage.find_objects(labels))
+    is_pane = [not MASONRY.exceeds_opening(width, height) for height, width in sizes]
+    return float(area[is_pane].sum())
 
 
 def plausible_sensors(cells: CellMap, eye: float, sign: int) -> Float:
