@@ -1,13 +1,17 @@
 """The street is divided into its houses, and nothing is lost."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from frontage.buildings import BuildingOptions, BuildingSplit, find_buildings
+from frontage.io.scans.read import read_scans
 from frontage.model import Scan, WorldRef
+from frontage.model.scan import merge_scans
 from frontage.simulate.scene import Part
+from realdata import data_path
 from scanned_streets import ScannedStreet, terrace
 from wide_houses import KINDS, Kind, wide_house
 
@@ -158,6 +162,22 @@ def test_a_wide_house_is_not_shredded(kind: Kind) -> None:
     assert len(split.buildings) == 1
     found = labels(split, len(scene.scan))
     assert (found[scene.front] == 0).mean() > 0.95
+
+
+@pytest.mark.parametrize("seed", [8402, 8408])
+def test_a_middle_with_an_attic_is_no_house_where_the_line_of_the_front_runs_askew(seed: int) -> None:
+    # a line fitted through three planes turns by up to two degrees from all of them
+    assert len(find_buildings(wide_house("attic", seed).scan).buildings) == 1
+
+
+def test_other_relief_and_other_heights_of_windows_alone_part_no_front() -> None:
+    # a crop of an apartment house with trees before its lower storeys was cut through a column of windows
+    truth = json.loads(data_path("truth/manhattan_apartment.json").read_text("utf-8"))
+    scan = merge_scans(read_scans(data_path("manhattan_apartment/street_front.laz")))
+    axes, origin = np.array(truth["frame"]["axes_rows_XYZ"]), np.array(truth["frame"]["origin"])
+    x, _, z = ((scan.world.to_world(scan.xyz) - origin) @ axes.T).T
+    piece = scan.take(np.flatnonzero((x > -4.564) & (x < 27.03) & (z < 3.39)))
+    assert len(find_buildings(piece).buildings) == 1
 
 
 def test_a_middle_of_another_colour_and_height_is_a_house() -> None:

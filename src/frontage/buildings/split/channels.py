@@ -23,8 +23,20 @@ _LEAST_GAIN = 5.0  # log likelihood that a move must gain: the choice among 13 p
 
 def channels(profile: FrontProfile) -> tuple[Float, list[str]]:
     """Returns the profile as one matrix (n, p) and the kind of every channel (p,)."""
-    parts = [profile.top, profile.offset, profile.rough, *profile.colour.T, profile.bright]
+    parts = [profile.top, _straightened(profile.offset), profile.rough, *profile.colour.T, profile.bright]
     return np.column_stack(parts), ["eaves", "offset", "rough", *["colour"] * 6, "bright"]
+
+
+def _straightened(offset: Float) -> Float:
+    """Removes from the offsets (n,) m of a front what its line slants from its walls.
+
+    The line is fitted to walls at several offsets, and may run askew through them. The median of differences
+    at the lag of a window bay tells its slope, which steps between houses do not change.
+    """
+    apart = offset[_LAG_BINS:] - offset[:-_LAG_BINS]
+    if not np.isfinite(apart).any():
+        return offset
+    return np.asarray(offset - float(np.nanmedian(apart)) / _LAG_BINS * np.arange(len(offset)))
 
 
 def noise_of(signal: Float, kinds: list[str], count: Float) -> Float:

@@ -14,12 +14,11 @@ from frontage.buildings.split.avant_corps import find_avant_corps
 from frontage.buildings.split.channels import channels, noise_of, sampling_of, sharpest
 from frontage.buildings.split.evidence import BinRange, SplitEvidence
 from frontage.buildings.split.maps import MappedRow, map_shift
-from frontage.buildings.split.verdict import Verdict, judge_cut, settle_cuts
+from frontage.buildings.split.verdict import PLACED, Verdict, judge_cut, settle_cuts
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.solve.segmentation import change_points
 
 _PARAMETERS = 3  # parameters that a cut is charged for: its place and two cues
-_PLACED = {"eaves", "offset", "surface", "gap"}  # cues that tell where a party wall is, not only that one is
 _GAP_M = 1.0  # m without any wall from foot to eaves: an open gap
 _CORRELATION_BINS = 4.0  # bins (1 m) that count as one observation
 _MAP_ODDS = 4.0  # log odds that a mapped party wall adds to a cut
@@ -138,16 +137,16 @@ def _snap(cuts: list[Cut], row: MappedRow, profile: FrontProfile, snap: float) -
     """
     out = list(cuts)
     lo, hi = profile.lo, profile.lo + len(profile) * BIN_M
-    seen = np.array([c.s for c in cuts if _PLACED & set(c.cues)])
+    seen = np.array([c.s for c in cuts if PLACED & set(c.cues)])
     shift = map_shift(row, seen, lo, hi, snap)
     for wall in row.walls[(row.walls > lo + _END_M) & (row.walls < hi - _END_M)]:
         near = [c for c in out if abs(c.s - wall) <= snap]
         best = (
-            min(near, key=lambda c: (not _PLACED & set(c.cues), abs(c.s - wall)))
+            min(near, key=lambda c: (not PLACED & set(c.cues), abs(c.s - wall)))
             if near
             else Cut(wall, _MAP_ALONE, ())
         )
-        s = best.s if _PLACED & set(best.cues) else float(wall) + shift
+        s = best.s if PLACED & set(best.cues) else float(wall) + shift
         odds = np.log(best.posterior / max(1 - best.posterior, 1e-9)) + _MAP_ODDS
         out = [c for c in out if c not in near]
         out.append(Cut(s, float(1 / (1 + np.exp(-odds))), (*best.cues, "map")))

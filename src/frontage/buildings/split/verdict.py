@@ -17,6 +17,10 @@ _LEAST_ODDS = float(np.log(9.0))  # log odds from which two cues together make a
 _MOST_ODDS = 20.0  # log odds of a cut
 
 
+PLACED = frozenset({"eaves", "offset", "surface", "gap"})
+"""Cues that tell where a party wall is, not only that one is."""
+
+
 @dataclass(frozen=True)
 class Verdict:
     """The cues for a cut, whether they are convincing, and the log odds for it."""
@@ -37,7 +41,7 @@ def judge_cut(evidence: SplitEvidence, cuts: list[int], i: int) -> Verdict:
     if any(a <= cuts[i] <= b for a, b in evidence.gaps):
         cues["gap"], alone = _GAP_CUE, True
     odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
-    convincing = alone or (len(cues) >= 2 and odds > _LEAST_ODDS)
+    convincing = alone or (len(cues) >= 2 and odds > _LEAST_ODDS and bool(PLACED & cues.keys()))
     return Verdict(tuple(sorted(cues)), convincing, float(np.clip(odds, -_MOST_ODDS, _MOST_ODDS)))
 
 
