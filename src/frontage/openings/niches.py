@@ -15,10 +15,12 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.borders.depth import FRAME
+from frontage.openings.borders.spandrels import ROW, spandrel_top
 from frontage.openings.fronts import FrontSearch, is_hidden
 from frontage.openings.wall.raster import WallRaster
 
-_LEAST = 0.5  # m, depth of a niche at least: reveals are less deep
+_LEAST = 0.5  # m, depth of a niche at least: reveals are less deep, but for those above a spandrel
+_STRIP = 0.3  # m, width of the strips of wall at both sides that tell how dense points are
 _FRAME = 0.3  # m: frames lie less deep
 _OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back is looked for first: the cheeks lie nearer
 _BIN = 0.02  # m, bin of depths
@@ -44,7 +46,10 @@ def find_niches(
         if is_hidden(opening, before) or _has_frame(opening, fronts.facade):
             continue
         back = _back(fronts.q, opening, fronts.facade)
-        niche = None if back is None else _niche(opening, back)
+        is_deep = back is not None and (
+            back.value >= _LEAST or _has_spandrel(fronts.q, opening, fronts.facade)
+        )
+        niche = _niche(opening, back) if back is not None and is_deep else None
         if niche is not None and _has_openings(niche, fronts):
             niches.append(niche)
         else:
@@ -134,11 +139,22 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
     held = np.bincount(distinct(raster.flat(x[near], z[near]) * bins + level) % bins, minlength=bins)
     cells = (2.0 * (z1 - z0) + x1 - x0) * (_RIM - _OFF) / side**2
     first = np.flatnonzero(held[:-1] + held[1:] > _FIRST * cells)
-    if len(first) == 0 or low + (first[0] + 1) * _BIN < _LEAST:
+    if len(first) == 0 or low + (first[0] + 1) * _BIN < _FRAME:
         return None
     own = y[near][(level >= first[0]) & (level <= first[0] + 1)]
     spread = max(float(own.std()), facade.roughness) / np.sqrt(_FIRST * cells)
     return Estimate(float(np.median(own)), np.array([[spread**2 + facade.sigma_plane**2]]), float(len(own)))
+
+
+def _has_spandrel(q: Float, opening: Opening, facade: Facade) -> bool:
+    """Returns whether a wall fills the foot of an opening behind the face of its wall, below a window."""
+    (x0, z0), (x1, z1) = opening.ring.min(0), opening.ring.max(0)
+    x, y, z = q.T
+    rows, off = (z > z0) & (z < z1), 3.0 * facade.roughness
+    beside = rows & (np.abs(y) < off) & (np.abs(x - 0.5 * (x0 + x1)) < 0.5 * (x1 - x0) + _STRIP)
+    inside = rows & (x > x0 + _RIM) & (x < x1 - _RIM) & (y > MASONRY.panel) & (y < MASONRY.facade_reach)
+    per_row = beside.sum() / (2.0 * _STRIP * (z1 - z0)) * (x1 - x0 - 2.0 * _RIM) * ROW
+    return spandrel_top(z[inside] - z0, y[inside], float(z1 - z0), off, float(per_row)) is not None
 
 
 def _is_wall(q: Float, niche: Protrusion, openings: Sequence[Opening], facade: Facade) -> bool:

@@ -13,6 +13,7 @@ from frontage.openings.borders.agreement import is_head_open, with_supported_bor
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
 from frontage.openings.borders.sills import with_sill
+from frontage.openings.borders.spandrels import with_spandrel
 from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.flights import points_before, top_of_flight
 from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot
@@ -86,7 +87,7 @@ def _measured(
     for k, outline in zip(flat, straight, strict=True):
         measured[k] = outline
     supported = (with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True))
-    checked = [with_sill(o, beams) for o in supported]
+    checked = [with_spandrel(with_sill(o, beams), beams) for o in supported]
     told = zip(checked, places, _are_real(checked, wall, scan), strict=True)
     real = [(outline, p.box, p.worth) for outline, p, is_one in told if is_one]
     pooled = pool([outline for outline, *_ in real])
