@@ -145,7 +145,8 @@ def _plan_areas(q: Float, cells: CellMap, sign: int) -> tuple[float, float]:
     above = z - floor[flat]
     filled = np.bincount(flat[(above > _STEP_M) & (above < _PERSON_M)], minlength=size) > 0
     low = floor < z0 + min((z1 - z0) / 3, MASONRY.room_height)
-    is_open, is_built = low & ~filled, (top > 0.5 * (z0 + z1)) & (low <= filled)
+    is_open = low & ~filled
+    is_built = (top > 0.5 * (z0 + z1)) & ~is_open
     ground = _plan_area(is_open & ~_beyond_walls(flat, z - z0, z1 - z0, shape))
     is_outside = ground > _OPEN_SHARE * (_STRIP_FAR_M - _STRIP_NEAR_M) * float(x1 - x0)
     return ground, _plan_area(is_built & low if is_outside else is_built)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from frontage.openings import find_openings
+from frontage.openings.borders.spandrels import spandrel_top
 from openings.faces import face, scanned_faces
 
 WIDTH, HEIGHT = 6.0, 6.0
@@ -46,3 +47,9 @@ def test_a_panel_in_the_plane_of_the_frame_belongs_to_its_opening():
     facade, scan = scanned_faces([*wall, *front], (WIDTH, HEIGHT))
     (found,) = find_openings(facade, scan).openings
     np.testing.assert_allclose([*found.ring.min(0), *found.ring.max(0)], [LEFT, FOOT, RIGHT, HEAD], atol=0.04)
+
+
+@pytest.mark.parametrize(("height", "due"), [(0.05, 10.0), (2.0, 0.0), (2.0, 1.0)])
+def test_without_rows_or_beams_nothing_is_told(height, due):
+    z = np.linspace(0.0, 0.7, 6) * min(height, 1.0)
+    assert spandrel_top(z, np.full(6, 0.3), height, 0.003, due) is None

@@ -13,7 +13,7 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.borders.depth import AROUND, density_beside, find_depth
 from frontage.openings.borders.outline import Outline
 from frontage.openings.wall.crossings import CrossingBeams
-from frontage.openings.wall.evidence import WALL
+from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, WALL
 
 ROW = 0.1
 """m, height of the rows that the masonry of a spandrel fills."""
@@ -62,7 +62,9 @@ def spandrel_top(z: Float, depth: Float, height: float, off: float, due: float) 
     off       m by which points of a wall may lie off it
     due       points of a row that the wall beside returns
     """
-    rows = int(height / ROW)
+    rows, off = int(height / ROW), max(off, _BIN)
+    if rows < _FEWEST or due <= 0.0:
+        return None
     row = np.minimum((z / ROW).astype(np.int64), rows - 1)
     every = np.bincount(row, minlength=rows)
     full = np.flatnonzero(every > WALL * due)
@@ -77,5 +79,5 @@ def spandrel_top(z: Float, depth: Float, height: float, off: float, due: float) 
     is_wall = (shown > WALL * due) & (shown > _ON * every)
     end = first + int(np.argmin(np.append(is_wall[first:], False)))
     at = float(z[on & (row <= end)].max(initial=0.0))
-    is_low = _LOWEST <= at <= _HIGHEST * height
-    return (at, panel) if end - first >= _FEWEST and is_low else None
+    is_seen = end - first >= _FEWEST and shown[first:end].sum() >= BEAMS_TO_DECIDE
+    return (at, panel) if is_seen and _LOWEST <= at <= _HIGHEST * height else None
