@@ -1,5 +1,7 @@
 """Blocks reach up to the measured fronts of storeys that jut out over their ground plans."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -174,3 +176,14 @@ def test_undersides_of_balconies_are_no_ground() -> None:
     made = ground_block("B", [_ground(HOUSE), high], WORLD, HIGH)
     assert isinstance(made, Host)
     assert volume6(made.solid) == volume6(_block(HOUSE).solid)
+
+
+@pytest.mark.parametrize(("lowest", "foot"), [(2.5, 3.2 + 0.115), (3.4, 3.4)], ids=["low opening", "none"])
+def test_a_soffit_lies_above_the_openings_that_were_seen_under_it(lowest: float, foot: float) -> None:
+    # an opening of the front reaches below the front's own border; those of the wall behind reach to 3.2 m
+    front = _with_openings(_front(-1.5), 3.6)
+    front.held = (0.5, lowest, 11.5, HIGH - 1.0)
+    behind = replace(_front(0.0), high=3.5, held=(0.5, 0.9, 11.5, 3.2))
+    ground, upper = _storeys(HOUSE, front, behind)
+    assert ground.plan.equals(HOUSE)
+    assert upper.foot == pytest.approx(foot)

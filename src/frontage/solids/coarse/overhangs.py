@@ -52,11 +52,12 @@ def storeys_over(
     pass under it. `beside` is the area of other parts of the building, which stay free.
     """
     bodies = {f: body for f in facades if (body := _body(plan, f, facades, options)) is not None}
-    hanging = [f for f in bodies if _foot(f) - ground >= MASONRY.door_height]
+    feet = {f: _foot(f, facades, options) for f in bodies}
+    hanging = [f for f in bodies if feet[f] - ground >= MASONRY.door_height]
     growing = _Growing(facades, bodies, options, Polygon() if beside is None else beside)
     storeys = [Storey(ground, growing.plan(plan, [f for f in facades if f not in hanging]))]
-    for level in _levels(hanging):
-        foot, below = _foot(level[0]), storeys[-1].plan
+    for level in _levels(hanging, feet):
+        foot, below = feet[level[0]], storeys[-1].plan
         above = [f for f in facades if (f.low + f.high) / 2 > foot]
         wide = _over(below, replace(growing, facades=above).plan(below, level))
         if wide is not None:
@@ -64,16 +65,24 @@ def storeys_over(
     return tuple(storeys)
 
 
-def _foot(facade: PlanFacade) -> float:
-    """Returns the height (m) from which a facade needs a wall."""
-    return facade.foot if facade.held is None else min(facade.foot, facade.held[1])
+def _foot(facade: PlanFacade, facades: Sequence[PlanFacade], options: BuildOptions) -> float:
+    """Returns the height (m) from which a facade needs a wall.
+
+    That is its lower border, or the foot of its lowest opening. But a soffit lies above the openings of the
+    walls that were seen under it, and the thinnest lintel over them.
+    """
+    if facade.held is None:
+        return facade.foot
+    under = [f.held[3] for f in facades if f.held is not None and _shared(facade, f, options) > 0.0]
+    heads = [head + MASONRY.half_brick for head in under if head < facade.foot]
+    return min(facade.foot, max([facade.held[1], *heads]))
 
 
-def _levels(facades: Sequence[PlanFacade]) -> list[list[PlanFacade]]:
-    """Groups facades whose feet are at one height, lowest first."""
+def _levels(facades: Sequence[PlanFacade], feet: Mapping[PlanFacade, float]) -> list[list[PlanFacade]]:
+    """Groups facades whose `feet` are at one height, lowest first."""
     levels: list[list[PlanFacade]] = []
-    for facade in sorted(facades, key=_foot):
-        if levels and _foot(facade) - _foot(levels[-1][0]) < _LEVEL_M:
+    for facade in sorted(facades, key=feet.__getitem__):
+        if levels and feet[facade] - feet[levels[-1][0]] < _LEVEL_M:
             levels[-1].append(facade)
         else:
             levels.append([facade])
