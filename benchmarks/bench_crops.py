@@ -32,18 +32,21 @@ AROUND_M = 1.5  # of wall beside the outermost openings
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A piece of a front: its scan, its truth, and its borders x0, x1, z1 in m in the frame of the truth."""
+    """A piece of a front: its scan and its truth."""
 
     scan: Scan
     truth: dict[str, Any]
-    borders: tuple[float, float, float]
+
+
+def in_frame(xyz: Float, scan: Scan, truth: dict[str, Any]) -> Float:
+    """Return local points (n, 3) m of a scan in the frame of a truth."""
+    axes, origin = np.array(truth["frame"]["axes_rows_XYZ"]), np.array(truth["frame"]["origin"])
+    return np.asarray((scan.world.to_world(xyz) - origin) @ axes.T)
 
 
 def pieces(scan: Scan, truth: dict[str, Any], count: int, seed: int) -> Iterator[Piece]:
     """Draw pieces of a front."""
-    rng = np.random.default_rng(seed)
-    axes, origin = np.array(truth["frame"]["axes_rows_XYZ"]), np.array(truth["frame"]["origin"])
-    place = (scan.world.to_world(scan.xyz) - origin) @ axes.T
+    rng, place = np.random.default_rng(seed), in_frame(scan.xyz, scan, truth)
     known = np.array([[o["x0"], o["x1"], o["z0"], o["z1"]] for o in truth["openings"]])
     left, right = known[:, 0].min() - AROUND_M, known[:, 1].max() + AROUND_M
     bottom, top = place[:, 2].min(), known[:, 3].max() + AROUND_M
@@ -52,12 +55,15 @@ def pieces(scan: Scan, truth: dict[str, Any], count: int, seed: int) -> Iterator
         x0 = rng.uniform(left, right - width)
         z1 = bottom + rng.uniform(*HEIGHTS) * (top - bottom) if k % 2 else np.inf
         kept = (place[:, 0] > x0) & (place[:, 0] < x0 + width) & (place[:, 2] < z1)
-        borders = (float(x0), float(x0 + width), float(z1))
-        yield Piece(scan.take(np.flatnonzero(kept)), cut_truth(truth, borders), borders)
+        cut = cut_truth(truth, (float(x0), float(x0 + width), float(z1)))
+        yield Piece(scan.take(np.flatnonzero(kept)), cut)
 
 
 def cut_truth(truth: dict[str, Any], borders: tuple[float, float, float]) -> dict[str, Any]:
-    """Return the truth of a piece: openings that the cut touches are unsure, those outside are left out."""
+    """Return the truth of a piece with the borders x0, x1, z1 (m, frame of the truth).
+
+    Openings that the cut touches are unsure, and those outside are left out.
+    """
     x0, x1, z1 = borders
     openings = []
     for o in truth["openings"]:
@@ -77,8 +83,7 @@ def judged(piece: Piece, method: str) -> tuple[dict[str, Any], list[Float]]:
 
 def drawn(piece: Piece, rings: Sequence[Float], cell: float = 0.02) -> Array:
     """Draw the front of a piece, seen from the street: found in red, asked for in green, unsure in blue."""
-    axes, origin = np.array(piece.truth["frame"]["axes_rows_XYZ"]), np.array(piece.truth["frame"]["origin"])
-    place = (piece.scan.world.to_world(piece.scan.xyz) - origin) @ axes.T
+    place = in_frame(piece.scan.xyz, piece.scan, piece.truth)
     near = place[np.abs(place[:, 1]) < 2.0]
     low, high = near[:, [0, 2]].min(0), near[:, [0, 2]].max(0)
     shape = np.ceil((high - low) / cell).astype(int)[::-1] + 1
@@ -97,7 +102,7 @@ def drawn(piece: Piece, rings: Sequence[Float], cell: float = 0.02) -> Array:
         ring = pixels(np.array(o.get("polygon") or corners)).round().astype(np.int32)
         cv2.polylines(canvas, [ring], True, (0, 200, 0) if o["confidence"] == "sure" else (255, 120, 0), 3)
     for ring in rings:
-        flat = ((piece.scan.world.to_world(ring) - origin) @ axes.T)[:, [0, 2]]
+        flat = in_frame(ring, piece.scan, piece.truth)[:, [0, 2]]
         cv2.polylines(canvas, [pixels(flat).round().astype(np.int32)], True, (0, 0, 255), 1)
     return canvas
 

@@ -147,13 +147,13 @@ def is_no_layer(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], 
     if not any(in_prism(f.wall.coordinates(some), f, options).mean() > 0.5 for f in parallel):
         return True
     own = scene.cloud.xyz[candidate.wall.inliers]
-    inside = np.any([in_prism(f.wall.coordinates(own), _upright(f), options) for f in parallel], axis=0)
+    inside = np.any([in_prism(f.wall.coordinates(own), _upwards(f), options) for f in parallel], axis=0)
     q = candidate.wall.coordinates(own[~inside])
     beyond = replace(candidate.cells, whole=candidate.cells.marked(q[:, 0], q[:, 2]))
     return is_large(replace(beyond, wall=beyond.whole & beyond.wall), least_area(facades, options))
 
 
-def _upright(facade: FacadeCandidate) -> FacadeCandidate:
+def _upwards(facade: FacadeCandidate) -> FacadeCandidate:
     """Returns a facade of which the outline holds all cells above it."""
     cells = facade.cells
     return replace(facade, cells=replace(cells, whole=np.logical_or.accumulate(cells.whole, axis=0)))

@@ -28,10 +28,10 @@ def channels(profile: FrontProfile) -> tuple[Float, list[str]]:
 
 
 def _straightened(offset: Float) -> Float:
-    """Removes from the offsets (n,) m of a front what its line slants from its walls.
+    """Returns the offsets (n,) m of a front without the slant of its line against its walls.
 
     The line is fitted to walls at several offsets, and may run askew through them. The median of differences
-    at the lag of a window bay tells its slope, which steps between houses do not change.
+    at the lag of a window bay tells its slope. Steps between houses hardly change this median.
     """
     apart = offset[_LAG_BINS:] - offset[:-_LAG_BINS]
     if not np.isfinite(apart).any():
