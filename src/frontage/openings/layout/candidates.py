@@ -15,7 +15,7 @@ from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate
 from frontage.openings.wall.raster import opened
 
-_LINES = 8  # candidate borders that a component has in each direction, at most
+_LINES = 8  # candidate borders that a component as large as the largest opening has in each direction
 _LESSER = 0.1  # share of the worth of the best of its component: less is a remnant of an uneven outline
 _PIECE = 0.5  # the same share for what bars part: less is a piece of it
 _HALF = 0.5  # share of a row that is most of it
@@ -84,7 +84,7 @@ def _rivals(
     for part, others in parts:
         worth = worth_of(evidence, part)
         own = np.where(others, -np.abs(worth), worth)
-        some, gain = _rectangles(own, evidence.expected_free[part], least)
+        some, gain = _rectangles(own, evidence.expected_free[part], least, evidence.raster.cell)
         boxes.append(some + np.array([s.start for s in part] * 2))
         gains.append(gain)
     can_be = np.split(framed(np.concatenate(boxes)), np.cumsum([len(gain) for gain in gains]))
@@ -191,7 +191,7 @@ def _grown(cells: slice) -> slice:
 def _seen_through(evidence: Evidence, part: Part, own: Bool) -> bool:
     """Returns whether beams, and not only their absence, tell that the `own` cells of a part are open."""
     deep, expected = (float(m[part][own].sum()) for m in (evidence.deep, evidence.expected))
-    return evidence.rays and deep > _SEEN * expected
+    return deep > _SEEN * expected
 
 
 def _bars(open_: Bool, thick: int) -> Bool:
@@ -219,11 +219,11 @@ def _run(cells: Bool, at: int) -> tuple[int, int]:
     return int(shut[k - 1]) if k else -1, int(shut[k]) if k < len(shut) else len(cells)
 
 
-def _lines(part: Float, axis: int, reach: int) -> Int:
-    """Returns the borders (k,) along an axis where the evidence changes most over `reach` lines of cells.
+def _lines(part: Float, axis: int, reach: int, count: int) -> Int:
+    """Returns the `count` borders along an axis where the evidence changes most over `reach` lines of cells.
 
     Changes are summed over bands of a quarter of the part each, so that a border of one window among several
-    counts.
+    counts. The ends of the part come on top.
     """
     lines = np.moveaxis(part, axis, 0)
     bands = max(1, min(4, lines.shape[1] // 8))
@@ -236,17 +236,19 @@ def _lines(part: Float, axis: int, reach: int) -> Int:
     change = np.abs(sums[2 * reach :] - 2.0 * sums[reach:-reach] + sums[: -2 * reach])
     step = np.round(change[:, :-1].max(1) + change[:, -1], _DIGITS)
     peak = step >= ndimage.maximum_filter1d(step, 2 * reach + 1)
-    ranked = sorted(np.flatnonzero(peak).tolist(), key=lambda k: (-step[k], k))[:_LINES]
+    ranked = sorted(np.flatnonzero(peak).tolist(), key=lambda k: (-step[k], k))[:count]
     return np.array(sorted({0, len(lines), *ranked}), np.int64)
 
 
-def _rectangles(part: Float, due: Float, least: tuple[float, float]) -> tuple[Int, Float]:
+def _rectangles(part: Float, due: Float, least: tuple[float, float], cell: float) -> tuple[Int, Float]:
     """Returns the rectangles (n, 4) r0, c0, r1, c1 between candidate borders that are worth their price.
 
-    They come with their worth (n,), best first.
+    They come with their worth (n,), best first. Cells are `cell` m wide. A part that is longer than any
+    opening holds several, and has as many more candidate borders.
     """
     reach = max(1, round(1.0 / np.sqrt(max(float(due.mean()), 1e-3))))
-    r, c = _lines(part, 0, reach), _lines(part, 1, reach)
+    counts = [int(_LINES * max(n * cell / MASONRY.largest_opening, 1.0)) for n in part.shape]
+    r, c = (_lines(part, axis, reach, count) for axis, count in enumerate(counts))
     total = np.pad(part.cumsum(0).cumsum(1), ((1, 0), (1, 0)))[np.ix_(r, c)]
     i, j = np.triu_indices(len(r), 1)
     k, m = np.triu_indices(len(c), 1)

@@ -80,6 +80,11 @@ class _Sums:
         return np.asarray(self.wall <= SHADED * self.expected)
 
     @property
+    def is_void(self) -> Bool:
+        """Whether beams were expected, and hardly any came back from the wall or from behind it."""
+        return np.asarray((self.expected >= _FEWEST) & (self.wall + self.deep <= BARS * self.expected))
+
+    @property
     def has_depth(self) -> Bool:
         """Whether as many beams came back from behind the wall as a pane, a frame or a room returns."""
         return np.asarray(self.deep > np.maximum(_DEEP * self.expected, _DEEP_FREE * self.free))
@@ -141,7 +146,7 @@ class Framing:
         bare = ~core.is_wall | (core.is_passed & self._ends(boxes, rims).all(0))
         known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
         shown = inside.has_depth | (inside.is_visible & self._is_framed_all_round(boxes, inside, rims, rim))
-        whole = bare & known & shown
+        whole = bare & known & shown & (self._rays | ~self._runs_on(boxes, rim))
         whole[whole] = ~self._is_parted(boxes[whole])
         framed[framed] = whole
         return framed
@@ -204,6 +209,22 @@ class Framing:
         near = self._sums(np.stack([r1, c0, r1 + high, c1], 1))
         above = self._sums(np.stack([r1 + 1, c0, np.full(len(r1), self._shape[0]), c1], 1))
         return np.asarray((near.inside < _KNOWN * high * (c1 - c0)) | (above.wall <= BARS * above.expected))
+
+    def _runs_on(self, boxes: Int, rim: int) -> Bool:
+        """Returns which boxes (n,) hold a band that returns nothing and goes on beyond both jambs.
+
+        Sign boards that were cut out of the scan and dark panels leave such bands, which no jambs bound. A
+        band at the foot of a box does not count, for what stands before a wall hides its foot.
+        """
+        r0, c0, r1, c1 = boxes.T
+        high = max(int(_APART_M / self._cell), 1)
+        found, shows = np.zeros(len(boxes), np.bool_), np.zeros(len(boxes), np.bool_)
+        for start in range(0, int((r1 - r0).max(initial=0)) - high + 1, (high + 1) // 2):
+            band = np.stack([r0 + start, c0, r0 + start + high, c1], 1)
+            is_void = np.all([part.is_void for part in (self._sums(band), *self._beside(band, rim))], axis=0)
+            found |= shows & is_void & (band[:, 2] <= r1)
+            shows |= ~is_void
+        return found
 
     def _is_at_rail(self, row: Int, c0: Int, c1: Int) -> Bool:
         """Returns whether a rail lies within two cells of a row (n,) in most of its columns [c0, c1)."""

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
@@ -12,6 +12,7 @@ from frontage.openings.wall.evidence import SHADED, Evidence
 from frontage.openings.wall.raster import FITTING, opened
 from frontage.openings.wall.surface import recess_depth, value_at
 
+_VISIBLE = 0.5  # share of the beams expected without obstacles from which on the wall should show
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
 
 
@@ -20,8 +21,10 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
 
     Open cells that are connected over more than the size of an opening are no opening: the wall lies deeper
     there, as between the columns of a portico or the piers of a belfry. It is the surface that fills most of
-    the recess, and must return more beams than the frames of a glass front do. What stands before it
-    (columns, capitals, the masonry of an arch) is fitted to it like any surround.
+    the recess, must return more beams than the frames of a glass front do, and must itself be larger than an
+    opening, as far as nothing hides it: a band that returns nothing joins the windows below it, but not their
+    panes. What stands before the wall (columns, capitals, the masonry of an arch) is fitted to it like any
+    surround.
     """
     cells = _recesses(evidence)
     if not cells.any():
@@ -37,8 +40,22 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
     off = points[:, 1] - value_at(depth, tiles, points[:, 0], points[:, 2])
     held = raster.count(*points[(off <= beams.least) & (off > -FITTING)][:, [0, 2]].T)
     come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected))
-    x, z = raster.middles((cells > 0) & (come > SHADED * due)[cells]).T
+    hidden = evidence.expected < _VISIBLE * evidence.expected_free
+    shown = ndimage.binary_dilation(held > 0, np.ones((3, 3), np.bool_))
+    walls = _larger_than_openings(cells, shown | hidden, raster.cell)
+    x, z = raster.middles((cells > 0) & (walls & (come > SHADED * due))[cells]).T
     return np.where(tiles.count(x, z) > 0, depth, beams.wall) if len(x) else None
+
+
+def _larger_than_openings(cells: Int, joined: Bool, cell: float) -> Bool:
+    """Returns for each number of `cells` (h, w) whether `joined` cells of it are larger than any opening."""
+    out = np.zeros(int(cells.max()) + 1, np.bool_)
+    for k, place in enumerate(ndimage.find_objects(cells), 1):
+        if place is not None:
+            parts, _ = ndimage.label(joined[place] & (cells[place] == k))
+            sides = [[(s.stop - s.start) * cell for s in part] for part in ndimage.find_objects(parts)]
+            out[k] = any(MASONRY.exceeds_opening(wide, high) for high, wide in sides)
+    return out
 
 
 def _recesses(evidence: Evidence) -> Int:
