@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frontage.facades import find_facades
-from frontage.model import Building, Scan, WorldRef
+from frontage.model import Building, Facade, Scan, WorldRef
 
 DEEP, WIDE, HIGH = 5.0, 3.6, 8.4
 
@@ -69,3 +69,23 @@ def test_the_front_of_a_house_with_scanned_rooms_is_its_only_facade(rays: bool) 
 
 def test_the_front_of_an_empty_house_is_found_as_well() -> None:
     assert _planes(rooms=False) == [(0, -1)]
+
+
+def _front_cut_out_of_its_street() -> tuple[Scan, Building]:
+    """Returns all points within a metre of a front with string courses: its end, and the ground beside it."""
+    rng, length = np.random.default_rng(1), 12.0
+    x, y = (v.ravel() for v in np.meshgrid(np.arange(0.0, length, 0.03), np.arange(-0.5, 0.0, 0.03)))
+    courses = [np.column_stack([x, y, np.full(x.size, z)]) for z in (0.3, 2.7, 3.0, 5.5, 5.8, 8.2)]
+    front = _wall((0.0, 0.0), (length, 0.0), holes=True)
+    own = np.vstack([front, *courses, _wall((length, -0.95), (length, 0.95))])
+    ground = np.column_stack([rng.uniform(0, 20, 9000), rng.uniform(-1, 0.9, 9000), np.zeros(9000)])
+    xyz = np.vstack([own, ground])
+    return Scan("front", xyz + rng.normal(0, 0.003, xyz.shape), WorldRef(np.zeros(3))), Building(
+        "B01", np.arange(len(own)), 0.0
+    )
+
+
+def test_a_front_that_was_cut_out_of_its_street_is_no_wall_of_a_room() -> None:
+    found = find_facades(*_front_cut_out_of_its_street())
+    widths = [np.ptp(f.outline[:, 0]) for f in found if isinstance(f, Facade)]
+    assert max(widths) == pytest.approx(12.0, abs=0.5)

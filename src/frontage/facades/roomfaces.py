@@ -9,6 +9,7 @@ from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import strip_before
 from frontage.geometry.arrays import Float
+from frontage.model.masonry import MASONRY
 
 _NEAR_M, _FAR_M = 0.15, 0.6  # m from a wall where the floor and the ceiling of a room that it bounds begin
 _ROOM_FACE = 0.05  # share of solid wall with points close to it: a floor and a ceiling are two rows of 27
@@ -42,10 +43,13 @@ def without_room_faces(
 
 
 def _is_seen_from_outside(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
-    """Returns whether a wall was measured from outside: its sensors tell it, or open ground before it."""
+    """Returns whether a wall was measured from outside: its sensors tell it, or open ground before it.
+
+    Ground beside a wall that was cut out with it lies before its end, which is narrower than a room.
+    """
     if candidate.side.told_by == "rays":
         return not _is_seen_from_indoors(candidate, scene)
-    return _has_trace_of_ground(candidate, scene)
+    return candidate.cells.size[0] > MASONRY.room_width and _has_trace_of_ground(candidate, scene)
 
 
 def _is_seen_from_indoors(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
