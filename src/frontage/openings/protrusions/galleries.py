@@ -69,12 +69,14 @@ def _uprights(piece: Piece, before: Float, beams: FacadeBeams, resolution: Resol
 
 
 def _between(piece: Piece, before: Float, left: float, right: float, resolution: Resolution) -> Piece | None:
-    """Returns the part of a piece between two places x m; None where no point of its front lies there."""
+    """Returns the part of a piece between two places x m; None where its front has no extent there."""
     wide = (left, piece.box[1], right, piece.box[3])
     own, front = (rows[within(before[rows], wide, 0.0)] for rows in (piece.rows, piece.front_rows))
     if not len(front):
         return None
-    box = extent(before[front], resolution.cell, 0.0)
+    x0, z0, x1, z1 = box = extent(before[front], resolution.cell, 0.0)
+    if x0 == x1 or z0 == z1:
+        return None
     return replace(piece, rows=own, front_rows=front, box=box, cheeks={})
 
 
