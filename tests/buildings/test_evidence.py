@@ -165,3 +165,15 @@ def test_the_slope_of_a_gable_that_a_chimney_steps_over_is_no_neighbour(gable: b
     top[(place > 15) & (place < 32)] = 11.4  # what stands behind them
     profile = _profile(top, np.zeros(48), np.where(place < 32, 0.0, 0.4))
     assert bool(find_cuts(profile, BuildingOptions(), np.zeros(48, np.bool_))) is not gable
+
+
+@pytest.mark.parametrize("window", [True, False])
+def test_the_end_of_a_scan_in_a_row_of_windows_is_no_step_of_the_eaves(window: bool) -> None:
+    """The counterpart is lower from end to end."""
+    place, cut = np.arange(80), 15
+    top = np.where(place < cut, 9.0, 10.0)
+    top[:6] += window
+    profile = _profile(top, np.zeros(80), np.zeros(80))
+    signal, kinds = channels(profile)
+    evidence = SplitEvidence(profile, signal, kinds, np.full_like(signal, 0.05), [], 0.25)
+    assert judge_cut(evidence, [cut], 0).convincing is not window
