@@ -28,7 +28,8 @@ def without_room_faces(
 
     A scanner in the street sees what lies close behind a wall through openings only. A floor or a ceiling
     that begins at solid wall, away from every opening, was measured in the room, and so was the wall if
-    nothing tells that it was seen from outside.
+    nothing tells that it was seen from outside. The end of a front that was cut out with its ground, which is
+    narrower than a room, does not tell that others were seen from within.
 
     known  walls that are facades, beside which all candidates may be walls of rooms
     """
@@ -36,20 +37,18 @@ def without_room_faces(
     if not any(rooms):
         return list(candidates)
     outside = [_is_seen_from_outside(c, scene) for c in candidates]
-    if not any(outside) and not known:
+    wide = [c.side.told_by == "rays" or c.cells.size[0] > MASONRY.room_width for c in candidates]
+    if not (known or any(is_wide and is_out for is_wide, is_out in zip(wide, outside, strict=True))):
         return list(candidates)
     told = zip(candidates, rooms, outside, strict=True)
     return [c for c, is_room, is_outside in told if is_outside or not is_room]
 
 
 def _is_seen_from_outside(candidate: FacadeCandidate, scene: FacadeScene) -> bool:
-    """Returns whether a wall was measured from outside: its sensors tell it, or open ground before it.
-
-    Ground beside a wall that was cut out with it lies before its end, which is narrower than a room.
-    """
+    """Returns whether a wall was measured from outside: its sensors tell it, or open ground before it."""
     if candidate.side.told_by == "rays":
         return not _is_seen_from_indoors(candidate, scene)
-    return candidate.cells.size[0] > MASONRY.room_width and _has_trace_of_ground(candidate, scene)
+    return _has_trace_of_ground(candidate, scene)
 
 
 def _is_seen_from_indoors(candidate: FacadeCandidate, scene: FacadeScene) -> bool:

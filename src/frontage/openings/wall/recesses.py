@@ -21,7 +21,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
 
     Open cells that are connected over more than the size of an opening are no opening: the wall lies deeper
     there, as between the columns of a portico or the piers of a belfry. It is the surface that fills most of
-    the recess, must return more beams than the frames of a glass front do, and must itself be larger than an
+    the recess, must return more beams than the frames of a glass front do, and must itself be longer than an
     opening, as far as nothing hides it: a band that returns nothing joins the windows below it, but not their
     panes. What stands before the wall (columns, capitals, the masonry of an arch) is fitted to it like any
     surround.
@@ -38,23 +38,25 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
         return None
     depth = recess_depth(points, tiles, facade.roughness)
     off = points[:, 1] - value_at(depth, tiles, points[:, 0], points[:, 2])
-    held = raster.count(*points[(off <= beams.least) & (off > -FITTING)][:, [0, 2]].T)
+    points, off = points[off > -FITTING], off[off > -FITTING]
+    held = raster.count(*points[off <= beams.least][:, [0, 2]].T)
+    near = raster.count(*points[off <= MASONRY.panel][:, [0, 2]].T)  # a wall may slant from its plane
     come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected))
     hidden = evidence.expected < _VISIBLE * evidence.expected_free
-    shown = ndimage.binary_dilation(held > 0, np.ones((3, 3), np.bool_))
-    walls = _larger_than_openings(cells, shown | hidden, raster.cell)
+    shown = ndimage.binary_dilation(near > 0, np.ones((3, 3), np.bool_))
+    walls = _longer_than_openings(cells, shown | hidden, raster.cell)
     x, z = raster.middles((cells > 0) & (walls & (come > SHADED * due))[cells]).T
     return np.where(tiles.count(x, z) > 0, depth, beams.wall) if len(x) else None
 
 
-def _larger_than_openings(cells: Int, joined: Bool, cell: float) -> Bool:
-    """Returns for each number of `cells` (h, w) whether `joined` cells of it are larger than any opening."""
+def _longer_than_openings(cells: Int, joined: Bool, cell: float) -> Bool:
+    """Returns for each number of `cells` (h, w) whether `joined` cells of it are longer than any opening."""
     out = np.zeros(int(cells.max()) + 1, np.bool_)
     for k, place in enumerate(ndimage.find_objects(cells), 1):
         if place is not None:
             parts, _ = ndimage.label(joined[place] & (cells[place] == k))
-            sides = [[(s.stop - s.start) * cell for s in part] for part in ndimage.find_objects(parts)]
-            out[k] = any(MASONRY.exceeds_opening(wide, high) for high, wide in sides)
+            sides = [(s.stop - s.start) * cell for part in ndimage.find_objects(parts) for s in part]
+            out[k] = max(sides, default=0.0) > MASONRY.largest_opening
     return out
 
 
