@@ -18,12 +18,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from _common import bootstrap, figure, table
+from _common import table
 from _houses import openings_of
 from _realfronts import LEVELS, fronts
-from bench_openings import f1
+from bench_openings import f1_over
 from frontage.evaluation.match import assign, overlap
 from frontage.geometry.arrays import Array, Float
+from frontage.geometry.ring import rectangle
 from frontage.model import Scan, WorldRef
 
 COLUMNS = ("facade", "method", "F1 at 0.5", "F1 at 0.75", "asked", "found")
@@ -34,11 +35,11 @@ CELL = 0.04  # m, of pictures
 
 @dataclass(frozen=True, eq=False)
 class Labelled:
-    """The points of a facade (n, 3) m, its openings as boxes x0, z0, x1, z1 m, and the axes they lie in."""
+    """The points of a facade (n, 3) m, the rings (4, 2) m of its openings, and the axes (2, 3) of these."""
 
     name: str
     xyz: Float
-    openings: list[tuple[float, float, float, float]]
+    openings: list[Float]
     axes: Float
 
 
@@ -51,18 +52,12 @@ def labelled(folder: Path) -> Labelled:
     axes = np.array([[*along, 0.0], [0.0, 0.0, 1.0]])
     flat = [points @ axes.T for points in openings]
     borders = [np.quantile(points, (OUTER, 1.0 - OUTER), axis=0).ravel() for points in flat]
-    boxes = [(float(b[0]), float(b[1]), float(b[2]), float(b[3])) for b in borders]
-    return Labelled("/".join(folder.parts[-2:]), np.vstack([wall, *openings]), boxes, axes)
+    rings = [rectangle(*b) for b in borders]
+    return Labelled("/".join(folder.parts[-2:]), np.vstack([wall, *openings]), rings, axes)
 
 
 def _points(path: Path) -> Float:
     return np.loadtxt(path, usecols=(0, 1, 2), ndmin=2)
-
-
-def ring_of(box: tuple[float, float, float, float]) -> Float:
-    """Return the corners (4, 2) of a box."""
-    x0, z0, x1, z1 = box
-    return np.array([[x0, z0], [x1, z0], [x1, z1], [x0, z1]])
 
 
 def rings_found(facade: Labelled, method: str) -> list[Float]:
@@ -75,7 +70,7 @@ def rings_found(facade: Labelled, method: str) -> list[Float]:
 
 def counts(facade: Labelled, rings: list[Float]) -> Float:
     """Return how many openings are found, found though there are none, and missed, by level of IoU (k, 3)."""
-    iou = overlap([ring_of(box) for box in facade.openings], rings)
+    iou = overlap(facade.openings, rings)
     row, column = assign(iou)
     hits = [int((iou[row, column] >= level).sum()) for level in LEVELS]
     return np.array([(hit, len(rings) - hit, len(facade.openings) - hit) for hit in hits], np.float64)
@@ -96,7 +91,7 @@ def drawn(facade: Labelled, rings: list[Float]) -> Array:
     shade = np.zeros(at.max(0)[::-1] + 1, np.uint8)
     shade[at[:, 1], at[:, 0]] = np.clip(150 + 250 * np.abs(depth), 0, 255)
     canvas = cv2.cvtColor(shade, cv2.COLOR_GRAY2BGR)
-    for ring in map(ring_of, facade.openings):
+    for ring in facade.openings:
         cv2.polylines(canvas, [pixels(ring).round().astype(np.int32)], True, (0, 200, 0), 2)
     for ring in rings:
         cv2.polylines(canvas, [pixels(ring).round().astype(np.int32)], True, (0, 0, 255), 1)
@@ -106,11 +101,7 @@ def drawn(facade: Labelled, rings: list[Float]) -> Array:
 def line(name: str, method: str, told: list[Float]) -> list[str]:
     """Return the row of the table of some facades, of whose counts (levels, 3) there is a list."""
     each = np.stack(told)
-    pick = np.arange(len(each))
-    scores = [
-        figure(bootstrap(pick, lambda k, n=n: f1(each[k.astype(int), n])), digits=3)
-        for n in range(len(LEVELS))
-    ]
+    scores = [f1_over(each[:, n]) for n in range(len(LEVELS))]
     hit, wrong, missed = each[:, 0].sum(0).astype(int)
     return [name, method, *scores, str(hit + missed), str(hit + wrong)]
 
@@ -126,9 +117,8 @@ def main() -> None:
     if args.folder is None:
         print("name the folder of a data set of labelled facades", file=sys.stderr)
         return
-    facades = [
-        labelled(folder) for folder in sorted({path.parent for path in args.folder.rglob("wall*.txt")})
-    ]
+    folders = sorted({path.parent for path in args.folder.rglob("wall*.txt")})
+    facades = [labelled(folder) for folder in folders]
     rows = []
     for method in args.methods:
         told = []

@@ -116,6 +116,12 @@ def f1(counts: Float) -> float:
     return float(2 * hit / max(2 * hit + wrong + missed, 1))
 
 
+def f1_over(counts: Float) -> str:
+    """Return F1 of counts (n, 3) with its interval over their rows."""
+    pick = np.arange(len(counts))
+    return figure(bootstrap(pick, lambda k: f1(counts[k.astype(int)])), digits=3)
+
+
 def over(scores: Sequence[Score], values: Any, statistic: Any) -> str:
     """A statistic of the values of all houses, with its interval over houses."""
     joined = [v for v in map(values, scores) if len(v)]

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from _changes import sightless
-from _common import DATA, bootstrap, figure, table
-from bench_openings import LEVELS, f1
+from _common import DATA, table
+from bench_openings import LEVELS, f1_over
 from frontage.evaluation.openings import score_openings
 from frontage.evaluation.truth import Truth, best_share
 from frontage.geometry.arrays import Float
@@ -157,9 +157,7 @@ def line(kind: str, method: str, found: list[Found]) -> list[str]:
     """Return the row of the table of one kind of scenes."""
 
     def score(level: float, part: str) -> str:
-        rows = np.concatenate([getattr(one, part)[level] for one in found])
-        pick = np.arange(len(rows))
-        return figure(bootstrap(pick, lambda k: f1(rows[k.astype(int)])), digits=3)
+        return f1_over(np.concatenate([getattr(one, part)[level] for one in found]))
 
     total = np.concatenate([one.counts[LEVELS[0]] for one in found]).sum(0).astype(int)
     lost, sure = sum(len(one.lost) for one in found), sum(one.sure for one in found)

@@ -1,5 +1,7 @@
 """Walls with boxes before them, scanned beam by beam from known places."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from frontage.geometry.arrays import Float
@@ -72,6 +74,13 @@ def scanned(boxes=(), *, spacing=0.03, rays=True, eyes=EYES, wall=None, extra=No
         support, on, NOISE, spacing / 1.5, 0.9, "rays",
     )  # fmt: skip
     return facade, Scan("wall", p, facade.world, **known)
+
+
+def with_points(facade, scan, kept):
+    """The facade and its scan with only the points that are `kept` (n,)."""
+    number = np.cumsum(kept) - 1
+    support, inliers = (number[rows[kept[rows]]] for rows in (facade.support, facade.inliers))
+    return replace(facade, support=support, inliers=inliers), scan.take(np.flatnonzero(kept))
 
 
 def first_hit(eye: Float, way: Float, solids) -> Float:

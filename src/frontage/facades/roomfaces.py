@@ -28,8 +28,9 @@ def without_room_faces(
 
     A scanner in the street sees what lies close behind a wall through openings only. A floor or a ceiling
     that begins at solid wall, away from every opening, was measured in the room, and so was the wall if
-    nothing tells that it was seen from outside. The end of a front that was cut out with its ground, which is
-    narrower than a room, does not tell that others were seen from within.
+    nothing tells that it was seen from outside. Without sensor positions, a wall
+    narrower than a room proves nothing about the others: it may be the end of a front that was cut out
+    together with its ground.
 
     known  walls that are facades, beside which all candidates may be walls of rooms
     """
@@ -37,8 +38,8 @@ def without_room_faces(
     if not any(rooms):
         return list(candidates)
     outside = [_is_seen_from_outside(c, scene) for c in candidates]
-    wide = [c.side.told_by == "rays" or c.cells.size[0] > MASONRY.room_width for c in candidates]
-    if not (known or any(is_wide and is_out for is_wide, is_out in zip(wide, outside, strict=True))):
+    seen = [c for c, is_outside in zip(candidates, outside, strict=True) if is_outside]
+    if not known and not any(c.side.told_by == "rays" or c.cells.size[0] > MASONRY.room_width for c in seen):
         return list(candidates)
     told = zip(candidates, rooms, outside, strict=True)
     return [c for c, is_room, is_outside in told if is_outside or not is_room]

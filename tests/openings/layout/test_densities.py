@@ -12,7 +12,7 @@ from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.crossings import crossing_beams
 from frontage.openings.wall.evidence import weigh
-from openings.boxes import scanned
+from openings.boxes import scanned, with_points
 from openings.joinery import framed, wall
 
 DENSE, SPARSE = (0.8, 4.0, 1.9, 6.0), (5.8, 4.0, 6.9, 6.0)
@@ -25,11 +25,7 @@ def _half_sparse(seed=0):
     solids = [*wall([DENSE, SPARSE]), *boxes]
     facade, scan = scanned(wall=solids, spacing=FINE, rays=False, eyes=((4.0, -10.0, 1.6),))
     x, rng = scan.xyz[:, 0], np.random.default_rng(seed)
-    kept = np.flatnonzero((x < 4.0) | (rng.uniform(size=len(x)) < (FINE / COARSE) ** 2))
-    number = np.full(len(x), -1)
-    number[kept] = np.arange(len(kept))
-    support, inliers = (number[rows][number[rows] >= 0] for rows in (facade.support, facade.inliers))
-    return replace(facade, support=support, inliers=inliers), scan.take(kept)
+    return with_points(facade, scan, (x < 4.0) | (rng.uniform(size=len(x)) < (FINE / COARSE) ** 2))
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -1,12 +1,10 @@
-"""Bands that return nothing, as where sign boards were cut out of a scan, join windows but are none."""
-
-from dataclasses import replace
+"""Windows below a band without returns, such as the gap that a sign board leaves when it is cut out."""
 
 import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
-from openings.boxes import box, scanned
+from openings.boxes import box, scanned, with_points
 
 COLUMNS = ((0.6, 2.8), (3.3, 4.8), (5.3, 7.4))  # x0, x1 m of panes that return every beam
 BAND = (0.3, 7.7)  # x0, x1 m where the wall returns nothing
@@ -26,10 +24,7 @@ def shops(foot, head, high):
 
 @pytest.mark.parametrize(("foot", "head"), [(4.0, 6.0), (1.0, 3.6)])
 def test_windows_end_below_a_band_that_runs_on_beyond_their_jambs(foot, head):
-    facade, scan, kept = shops(foot, head, high=1.2)
-    number = np.cumsum(kept) - 1
-    support, inliers = (number[own[kept[own]]] for own in (facade.support, facade.inliers))
-    found = find_openings(replace(facade, support=support, inliers=inliers), scan.take(np.flatnonzero(kept)))
+    found = find_openings(*with_points(*shops(foot, head, high=1.2)))
     assert isinstance(found, FoundOpenings)
     boxes = sorted((*o.ring.min(0), *o.ring.max(0)) for o in found.openings)
     assert np.array(boxes) == pytest.approx(np.array([(a, foot, b, head) for a, b in COLUMNS]), abs=0.1)

@@ -37,7 +37,7 @@ _FEWEST_BINS = 4  # measured on each side of a step
 _RHYTHM_BINS = 12  # bins of each side from which its openings show a rhythm
 _RHYTHM_ROWS = 8  # height bins, from which they do
 _BELOW_EAVES = 0.2  # mean number of occupied height bins above, from which a height is below the eaves
-_SOME, _SIGMAS_OF_SOME = 2 / 3, 0.967  # quantile of Gaussian deviations, and how many sigmas that is
+_LEVEL, _LEVEL_SIGMAS = 2 / 3, 0.967  # share of a side with level eaves; that quantile of a Gaussian's |x|
 _UNLIKE = 0.5  # mean square difference of levelled row profiles: a correlation of 3/4
 _LEAST_OWN = 0.02  # the least mean square difference between the halves of one side
 _RHYTHM_GAIN = 2.0  # standard errors per ratio of the spreads
@@ -121,8 +121,7 @@ def difference(
 def _step(evidence: SplitEvidence, k: int, left: slice, right: slice, spread: float) -> tuple[float, float]:
     """Returns the step of channel k between the medians of two stretches, and its size in standard errors.
 
-    Bins within 1 m count as one observation. Each side adds what its sampling leaves open. The eaves of a
-    house are level along most of it; where the scan ends, they drop at every window.
+    Bins within 1 m count as one observation. Each side adds what its sampling leaves open.
     """
     medians, variance, per = [], 0.0, 1.0 / BIN_M
     for part in (left, right):
@@ -131,15 +130,22 @@ def _step(evidence: SplitEvidence, k: int, left: slice, right: slice, spread: fl
         if len(side) < _FEWEST_BINS:
             return 0.0, 0.0
         medians.append(float(np.median(side)))
-        off = np.abs(side - medians[-1])  # a ragged side proves nothing
-        ragged = MAD_TO_SIGMA * float(np.median(off))
-        if evidence.kinds[k] == "eaves":
-            ragged = max(ragged, float(np.quantile(off, _SOME)) / _SIGMAS_OF_SOME)
+        ragged = _raggedness(evidence.kinds[k], np.abs(side - medians[-1]))
         variance += (
             (max(spread, ragged) ** 2 + float(np.nan_to_num(np.median(sampling))) ** 2) * per / len(side)
         )
     step = medians[1] - medians[0]
     return step, abs(step) / float(np.sqrt(variance))
+
+
+def _raggedness(kind: str, off: Float) -> float:
+    """Returns one sigma of a side's bins, from their distances `off` (n,) to its median.
+
+    A ragged side proves nothing. The eaves of a house are level along most of it, but where the scan ends
+    within a row of windows, its upper end drops at every window.
+    """
+    sigma = MAD_TO_SIGMA * float(np.median(off))
+    return max(sigma, float(np.quantile(off, _LEVEL)) / _LEVEL_SIGMAS) if kind == "eaves" else sigma
 
 
 def _rhythm(a: Float, b: Float) -> float:

@@ -223,7 +223,7 @@ def _lines(part: Float, axis: int, reach: int, count: int) -> Int:
     """Returns the `count` borders along an axis where the evidence changes most over `reach` lines of cells.
 
     Changes are summed over bands of a quarter of the part each, so that a border of one window among several
-    counts. The ends of the part come on top.
+    counts. The two ends of the part are returned as well.
     """
     lines = np.moveaxis(part, axis, 0)
     bands = max(1, min(4, lines.shape[1] // 8))

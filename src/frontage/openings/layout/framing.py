@@ -8,7 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 from frontage.openings.layout.posts import Post, cells_held_by
-from frontage.openings.wall.evidence import BARS, LARGEST, SHADED, WALL, Evidence
+from frontage.openings.wall.evidence import BARS, LARGEST, SHADED, VISIBLE, WALL, Evidence
 from frontage.openings.wall.raster import summed
 
 _RIM_M = 0.1  # width of the strip beside an opening where the wall must show
@@ -18,7 +18,6 @@ _DEEP_LARGE = 0.05  # the same share for a large opening, which shows its frame 
 _DEEP_FREE = 0.1  # the same share of the beams that would be expected if nothing stood before the wall
 _MASONRY = 0.8  # share of the expected beams that masonry returns at least
 _LARGE_M = 0.6  # least side of an opening that may send back less than a small one
-_VISIBLE = 0.5  # share of the beams expected without obstacles that must reach the wall of a visible opening
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
 _EDGE = 2  # cells at the end of an opening that show the wall round the corner
@@ -67,7 +66,7 @@ class _Sums:
     @property
     def is_visible(self) -> Bool:
         """Whether most beams got as far as the wall."""
-        return np.asarray(self.expected > _VISIBLE * self.free)
+        return np.asarray(self.expected > VISIBLE * self.free)
 
     @property
     def is_not_open(self) -> Bool:
@@ -81,7 +80,7 @@ class _Sums:
 
     @property
     def is_void(self) -> Bool:
-        """Whether beams were expected, and hardly any came back from the wall or from behind it."""
+        """Whether beams were expected but hardly any came back from the wall or from behind it."""
         return np.asarray((self.expected >= _FEWEST) & (self.wall + self.deep <= BARS * self.expected))
 
     @property
@@ -128,7 +127,7 @@ class Framing:
         below, and known in half of its cells, and beams must come back from its depth. A visible rectangle
         may do with less depth (`_is_framed_all_round`), for glass returns as little as a shadow does; but
         shadows are small, or run on past the rim. Without lines of sight, masonry from side to side makes
-        two openings of it.
+        two openings of it, and no band in it may be empty beyond both jambs as well.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
         framed, at_corner = self._is_beside_wall(boxes, rim)
@@ -146,8 +145,8 @@ class Framing:
         bare = ~core.is_wall | (core.is_passed & self._ends(boxes, rims).all(0))
         known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
         shown = inside.has_depth | (inside.is_visible & self._is_framed_all_round(boxes, inside, rims, rim))
-        whole = bare & known & shown & (self._rays | ~self._runs_on(boxes, rim))
-        whole[whole] = ~self._is_parted(boxes[whole])
+        whole = bare & known & shown
+        whole[whole] = ~(self._is_parted(boxes[whole]) | self._holds_void(boxes[whole], rim))
         framed[framed] = whole
         return framed
 
@@ -210,15 +209,18 @@ class Framing:
         above = self._sums(np.stack([r1 + 1, c0, np.full(len(r1), self._shape[0]), c1], 1))
         return np.asarray((near.inside < _KNOWN * high * (c1 - c0)) | (above.wall <= BARS * above.expected))
 
-    def _runs_on(self, boxes: Int, rim: int) -> Bool:
-        """Returns which boxes (n,) hold a band that returns nothing and goes on beyond both jambs.
+    def _holds_void(self, boxes: Int, rim: int) -> Bool:
+        """Returns which boxes (n,) contain a band without returns that continues beyond both jambs.
 
-        Sign boards that were cut out of the scan and dark panels leave such bands, which no jambs bound. A
-        band at the foot of a box does not count, for what stands before a wall hides its foot.
+        Sign boards that were cut out of the scan and dark panels leave such bands, and no jamb bounds them. A
+        band at the foot of a box does not count, because what stands before a wall hides its foot. With known
+        sensors nothing is asked.
         """
+        found, shows = np.zeros(len(boxes), np.bool_), np.zeros(len(boxes), np.bool_)
+        if self._rays:
+            return found
         r0, c0, r1, c1 = boxes.T
         high = max(int(_APART_M / self._cell), 1)
-        found, shows = np.zeros(len(boxes), np.bool_), np.zeros(len(boxes), np.bool_)
         for start in range(0, int((r1 - r0).max(initial=0)) - high + 1, (high + 1) // 2):
             band = np.stack([r0 + start, c0, r0 + start + high, c1], 1)
             is_void = np.all([part.is_void for part in (self._sums(band), *self._beside(band, rim))], axis=0)

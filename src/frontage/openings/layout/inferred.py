@@ -30,11 +30,10 @@ from frontage.openings.layout.groups import (
     rows_of,
     values_of,
 )
-from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.evidence import VISIBLE, Evidence
 
 _RIGHT = 0.9  # share of the predictions that must be right
 _OTHERS = (2, 1)  # openings of a row, and of a column, that a prediction needs
-_VISIBLE = 0.5  # share of the beams, expected without obstacles, that reach the wall: less is hidden
 _WALL = -6.0  # nats over a place below which the wall was seen
 SAME = 0.5
 """Intersection over union of a prediction that counts as right, and of two openings that are the same."""
@@ -233,7 +232,7 @@ def state_of(place: Box, outlines: Sequence[Outline], evidence: Evidence) -> str
     if float(evidence.llr[part].sum()) < _WALL:
         return "wall"
     due = float(evidence.expected_free[part].sum())
-    hidden = float(evidence.expected[part].sum()) < _VISIBLE * due or due == 0.0
+    hidden = float(evidence.expected[part].sum()) < VISIBLE * due or due == 0.0
     return "unknown" if hidden else "other"
 
 

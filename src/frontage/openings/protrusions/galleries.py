@@ -69,7 +69,7 @@ def _uprights(piece: Piece, before: Float, beams: FacadeBeams, resolution: Resol
 
 
 def _between(piece: Piece, before: Float, left: float, right: float, resolution: Resolution) -> Piece | None:
-    """Returns the part of a piece between two places x m; None where its front has no extent there."""
+    """Returns the part of a piece between two places x m; None if its front has no width or height there."""
     wide = (left, piece.box[1], right, piece.box[3])
     own, front = (rows[within(before[rows], wide, 0.0)] for rows in (piece.rows, piece.front_rows))
     if not len(front):

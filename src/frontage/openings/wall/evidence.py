@@ -46,6 +46,9 @@ BEAMS_TO_DECIDE = 10.0
 LARGEST = 4.0
 """Size m that openings without any return do not exceed, unless they are ribbons."""
 
+VISIBLE = 0.5
+"""Share of the beams expected without obstacles that must reach the wall for it to be visible."""
+
 WALL = 0.4
 """Share of the expected beams that masonry returns at least."""
 

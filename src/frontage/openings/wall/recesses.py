@@ -8,11 +8,10 @@ from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import SHADED, Evidence
+from frontage.openings.wall.evidence import SHADED, VISIBLE, Evidence
 from frontage.openings.wall.raster import FITTING, opened
 from frontage.openings.wall.surface import recess_depth, value_at
 
-_VISIBLE = 0.5  # share of the beams expected without obstacles from which on the wall should show
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
 
 
@@ -42,7 +41,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
     held = raster.count(*points[off <= beams.least][:, [0, 2]].T)
     near = raster.count(*points[off <= MASONRY.panel][:, [0, 2]].T)  # a wall may slant from its plane
     come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected))
-    hidden = evidence.expected < _VISIBLE * evidence.expected_free
+    hidden = evidence.expected < VISIBLE * evidence.expected_free
     shown = ndimage.binary_dilation(near > 0, np.ones((3, 3), np.bool_))
     walls = _longer_than_openings(cells, shown | hidden, raster.cell)
     x, z = raster.middles((cells > 0) & (walls & (come > SHADED * due))[cells]).T
@@ -50,7 +49,11 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
 
 
 def _longer_than_openings(cells: Int, joined: Bool, cell: float) -> Bool:
-    """Returns for each number of `cells` (h, w) whether `joined` cells of it are longer than any opening."""
+    """Returns by number of recess (k,) whether cells that show its wall reach over more than any opening.
+
+    `cells` (h, w) are the numbers of the recesses, and `joined` (h, w) the cells that show a wall or are
+    hidden. Only the length counts, because the strips of a bent front are narrow. Cells are `cell` m wide.
+    """
     out = np.zeros(int(cells.max()) + 1, np.bool_)
     for k, place in enumerate(ndimage.find_objects(cells), 1):
         if place is not None:
