@@ -126,6 +126,28 @@ def test_openings_with_hidden_feet_lead_to_the_balcony_unless_rows_tell_their_si
         np.testing.assert_allclose(feet, 0.02 if provenance == "measured" else 0.67, atol=0.02)
 
 
+@pytest.mark.parametrize(
+    ("seen", "head", "foot", "sigma"),
+    [(5.0, 5.78, 4.05, 0.06), (5.0, 5.5, 5.0, 0.67), (4.01, 6.1, 4.01, 0.001)],
+)
+def test_the_only_opening_of_a_balcony_is_its_door_or_its_foot_is_unknown(seen, head, foot, sigma):
+    """Its row tells the foot to 1 mm, but the parapet hides it, unless it stands on the floor as it is."""
+    facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.2, 0, 0.3, 0, 9)])
+    (rail,) = protrusions(facade, scan, ground=0.0)
+    beams = FacadeBeams.of(facade, scan)
+    (told,) = with_balcony_doors([window((2.6, seen, 3.8, head), 0.001)], [rail], beams, facade)
+    assert told.ring[:, 1].min() == pytest.approx(foot, abs=0.01)
+    assert np.sqrt(told.ring_covariance[1, 1]) == pytest.approx(sigma, rel=0.05)
+
+
+def test_a_low_window_beside_the_door_of_a_balcony_leaves_it_a_door():
+    facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.2, 0, 0.3, 0, 9)])
+    (rail,) = protrusions(facade, scan, ground=0.0)
+    both = [window((2.2, 5.0, 3.1, 6.2), 0.001), window((3.4, 5.0, 4.3, 5.6), 0.001)]
+    told = with_balcony_doors(both, [rail], FacadeBeams.of(facade, scan), facade)
+    assert [o.kind for o in told] == ["door", "window"]
+
+
 def test_a_window_above_a_balcony_that_shows_its_wall_stays_one():
     hole = [box(0, 2.6, 0, 0.3, 0, 9), box(3.8, 8, 0, 0.3, 0, 9), box(2.6, 3.8, 0, 0.3, 0, 5.2)]
     wall = [*hole, box(2.6, 3.8, 0, 0.3, 6.4, 9), box(2.6, 3.8, 0.15, 0.3, 5.2, 6.4)]

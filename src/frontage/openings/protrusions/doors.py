@@ -15,6 +15,7 @@ from frontage.openings.protrusions.beams import FacadeBeams
 
 # m from the underside of a balcony to the foot of the door (slab, threshold), and its error
 _FLOOR, _SIGMA = 0.2, 0.06
+_LEAST = MASONRY.door_height - 2.0 * _SIGMA  # m from a floor that errs to the head of a door
 _BESIDE = 0.1  # m that an opening may reach beyond the balcony
 _NARROW = 0.6  # m, least width of a door
 _RISE = 1.5  # m of wall hidden above a rail per m that it stands out: seen from below at 56 degrees
@@ -32,19 +33,21 @@ def with_balcony_doors(
     the floor, and where no other opening lies there. A foot that is known as well as the floor is known from
     other openings of its row. It stays, unless this is the only opening that leads there, because a balcony
     has a door. Of several, each may be the door, so that a foot which only other openings tell may as well
-    lie on the floor, and its standard error says so. The lower border of a door is inferred: its error is
-    that of the floor, and one border of four counts less in the confidence.
+    lie on the floor, and its standard error says so. The same holds where all would be lower than a door, by
+    more than the floor may err. The lower border of a door is inferred: its error is that of the floor, and
+    one border of four counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind is ProtrusionKind.BALCONY]
     lowered: dict[int, Opening] = {}
     for balcony in balconies:
         told = ((k, _floor(o, balcony, beams, facade)) for k, o in enumerate(openings))
         floors = {k: z for k, z in told if z is not None and not _is_taken(z, openings[k], openings)}
-        for k, floor in floors.items():
-            if len(floors) == 1 or not _is_known(openings[k]):
-                lowered.setdefault(k, _lowered(openings[k], floor))
-            elif openings[k].provenance is not Provenance.MEASURED:
-                lowered.setdefault(k, _doubted(openings[k], floor))
+        high = [k for k, z in floors.items() if openings[k].ring[:, 1].max() - z > _LEAST]
+        for k in high or floors:
+            if high and (len(high) == 1 or not _is_known(openings[k])):
+                lowered.setdefault(k, _lowered(openings[k], floors[k]))
+            elif not high or openings[k].provenance is not Provenance.MEASURED:
+                lowered.setdefault(k, _doubted(openings[k], floors[k]))
     return tuple(lowered.get(k, o) for k, o in enumerate(openings))
 
 
@@ -57,7 +60,7 @@ def _floor(opening: Opening, balcony: Protrusion, beams: FacadeBeams, facade: Fa
     floor = low + _FLOOR
     hidden = high + _RISE * abs(float(balcony.front.value))
     beside = x0 > a - _BESIDE and x1 < b + _BESIDE
-    if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < MASONRY.door_height or z1 < high:
+    if not beside or not low - _BESIDE <= z0 <= hidden or z1 < high:
         return None
     return None if _shows_wall(beams, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade) else floor
 
@@ -93,7 +96,9 @@ def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
 
 
 def _lowered(opening: Opening, floor: float) -> Opening:
-    """Returns the opening as a door with its foot on the floor at z m."""
+    """Returns the opening as a door with its foot on the floor at z m, unless it is seen to stand there."""
+    if _is_known(opening) and abs(float(opening.ring[:, 1].min()) - floor) < 2.0 * _SIGMA:
+        return replace(opening, kind=OpeningKind.DOOR)
     ring = opening.ring.copy()
     ring[_foot(opening), 1] = floor
     return replace(
