@@ -1,0 +1,55 @@
+"""A storey that stands out from the rest of a front is a facade of its own."""
+
+import numpy as np
+import pytest
+
+from facades.test_parts import HIGH, WORLD, surface
+from frontage.facades import find_facades
+from frontage.model import Building, Facade, Scan
+
+WIDE, STEP, SEAM = 12.0, 0.4, 4.5
+WINDOWS = [(1.0, 3.4), (4.8, 7.2), (8.6, 11.0)]
+
+
+def _facades(parts):
+    """Returns the facades of surfaces with ground before them: low and high, and depth, each in m."""
+    rng = np.random.default_rng(0)
+    sheets = [surface(rng, *part) for part in parts]
+    scan = Scan("front", np.vstack([*sheets, surface(rng, (-3, WIDE + 3), (-6, -0.5), 0.0)]), WORLD)
+    facades = find_facades(scan, Building("B01", np.arange(len(scan.xyz)), 0.0))
+    assert all(isinstance(f, Facade) for f in facades)
+    spans = [f.frame.apply(np.insert(f.outline, 1, 0.0, axis=1)) for f in facades]
+    return sorted((p[:, 2].min(), p[:, 2].max(), p[:, 1].mean()) for p in spans)
+
+
+def _basement(low=1.0, head=3.5):
+    """Returns a wall with windows, `STEP` m before the plane of their bars."""
+    sides = [0.0, *np.ravel(WINDOWS), WIDE]
+    piers = [((a, b), -STEP, (low, head)) for a, b in zip(sides[::2], sides[1::2], strict=True)]
+    bars = [((x, x + 0.16), 0.0, (low, head)) for a, b in WINDOWS for x in np.arange(a + 0.3, b, 0.5)]
+    around = [((0.0, WIDE), -STEP, span) for span in ((0.0, low), (head, SEAM))]
+    return [*piers, *bars, *around]
+
+
+def test_a_basement_with_bars_in_the_plane_of_the_wall_above_it_is_a_facade():
+    found = _facades([*_basement(), ((0.0, WIDE), (-STEP, 0.0), SEAM), ((0.0, WIDE), 0.0, (SEAM, HIGH))])
+    np.testing.assert_allclose(found, [(0.0, SEAM, -STEP), (SEAM, HIGH, 0.0)], atol=0.12)
+
+
+def test_an_upper_storey_that_juts_out_is_a_facade():
+    floor = ((0.0, WIDE), (-STEP, 0.0), 6.0)
+    found = _facades([((0.0, WIDE), 0.0, (0.0, 6.0)), floor, ((0.0, WIDE), -STEP, (6.0, HIGH))])
+    np.testing.assert_allclose(found, [(0.0, 6.0, 0.0), (6.0, HIGH, -STEP)], atol=0.12)
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        [((0.0, WIDE), -STEP, (3.0, 4.0)), ((0.0, WIDE), -STEP, (6.0, 7.0))],  # parapets
+        [((x, x + 0.9), -STEP, (0.0, HIGH)) for x in (1.0, 4.0, 7.0, 10.0)],  # pilasters
+        [((4.0, 8.0), -STEP, (0.0, 3.5))],  # a porch
+    ],
+)
+def test_what_stands_before_a_wall_and_is_no_storey_is_none(before):
+    found = _facades([((0.0, WIDE), 0.0, (0.0, HIGH)), *before])
+    np.testing.assert_allclose(found, [(0.0, HIGH, 0.0)], atol=0.12)
