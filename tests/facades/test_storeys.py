@@ -22,13 +22,14 @@ def _facades(parts):
     return sorted((p[:, 2].min(), p[:, 2].max(), p[:, 1].mean()) for p in spans)
 
 
-def _basement(low=1.0, head=3.5):
+def _basement(low=0.6, head=4.2):
     """Returns a wall with windows, `STEP` m before the plane of their bars."""
     sides = [0.0, *np.ravel(WINDOWS), WIDE]
     piers = [((a, b), -STEP, (low, head)) for a, b in zip(sides[::2], sides[1::2], strict=True)]
-    bars = [((x, x + 0.16), 0.0, (low, head)) for a, b in WINDOWS for x in np.arange(a + 0.3, b, 0.5)]
+    bars = [((x, x + 0.08), 0.0, (low, head)) for a, b in WINDOWS for x in np.arange(a + 0.5, b, 0.5)]
     around = [((0.0, WIDE), -STEP, span) for span in ((0.0, low), (head, SEAM))]
-    return [*piers, *bars, *around]
+    jambs = [(x, (-STEP, 0.0), (low, head)) for x in np.ravel(WINDOWS)]
+    return [*piers, *bars, *jambs, *around]
 
 
 def test_a_basement_with_bars_in_the_plane_of_the_wall_above_it_is_a_facade():

@@ -1,4 +1,4 @@
-"""Gives a storey that stands out from the wall above or below it a plane of its own.
+"""Gives a storey that stands out from the rest of its front, below or above it, a plane of its own.
 
 The search claims everything near a plane for it. Where the largest plane is a recessed wall above a
 rusticated basement, the bars of the windows below may happen to lie in it, while the wall around these
@@ -9,15 +9,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from frontage.facades.candidate import FacadeCandidate, refine_candidate
 from frontage.facades.cells import CellMap
+from frontage.facades.remaining import on_walls
 from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import is_large, least_area
-from frontage.geometry.arrays import Bool, Float, distinct
+from frontage.geometry.arrays import Array, Bool, Int, distinct
 from frontage.model.masonry import MASONRY, TOLERANCES
 
-_BIN_M = MASONRY.step_out / 2.0  # m of depth; a wall with joints and courses fills two of them
+_BIN_M = MASONRY.step_out / 2.0  # m of depth
+_LAYER = 3  # bins of a wall with joints and courses that leans a little
+_WALLED = 0.5  # share of the cells within a metre that a wall shows, unlike the bars of windows
+_AROUND_M = 1.0
+_SHOWN = 0.1  # share of a row by which more of it must lie before the plane than on it
 _FEW = 0.2  # share of the wall of a storey that may lie beyond it: the pedestals of columns
 _MOST = 0.5  # share of the columns of a front that its storeys fill
 
@@ -25,20 +31,24 @@ _MOST = 0.5  # share of the columns of a front that its storeys fill
 def with_storeys(
     facades: Sequence[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
 ) -> list[FacadeCandidate]:
-    """Returns the facades, each followed by a storey of its own if one stands out from it.
+    """Returns the facades, with every storey that stands out from one of them as a facade of its own.
 
-    A level seam gives every row of cells to the plane that shows more wall there. The wall of the storey
-    stands out by more than relief, shows as much more than the other plane as a facade needs, and hardly any
-    of it lies beyond the seam.
+    Level seams give every row of cells to the plane that shows more wall there. A storey stands out by more
+    than relief, lies below or above the rest of the front, and shows as much more wall than the other plane
+    as a facade needs. What shows much wall in between as well, such as pilasters, is no storey. A storey that
+    is one of the facades already only ends the outline of the other one.
     """
     found: list[FacadeCandidate] = []
-    for facade in facades:
-        seam = _seam(facade, scene.options.min_area)
-        storey = None if seam is None else _storey(facade, seam, scene, rng)
-        if seam is None or storey is None:
+    rest = list(facades)
+    while rest:
+        facade = rest.pop(0)
+        seam = _seam(facade, [*found, *rest], scene.options.min_area)
+        storey = None if seam is None or seam.y is None else _storey(facade, seam, seam.y, scene, rng)
+        if seam is None or (storey is None and seam.y is not None):
             found.append(facade)
         else:
-            found += [replace(facade, cells=_cut(facade.cells, ~seam.rows)), storey]
+            rest = [replace(facade, cells=_cut(facade.cells, ~seam.rows)), *rest]
+            found += [storey] if storey else []
     return found
 
 
@@ -46,71 +56,100 @@ def with_storeys(
 class _Seam:
     """A storey that stands out.
 
-    y     m, depth of its wall, negative
+    y     m, depth of its wall, negative; None where that is one of the facades already
     rows  (h, 1) whether the rows of cells belong to it
     """
 
-    y: float
+    y: float | None
     rows: Bool
 
 
-def _seam(facade: FacadeCandidate, least: float) -> _Seam | None:
-    """Returns the storey that stands out and shows at least `least` m2 more than the facade; or None."""
-    cells, shown = facade.cells, _shown_before(facade)
-    front, own = shown.sum(2), (cells.wall & cells.whole).sum(1)
-    from_foot = np.cumsum(front - own, axis=1)
-    from_head = from_foot[:, -1:] - from_foot
-    gain = np.stack([from_foot, from_head])
-    side, layer, row = (int(k) for k in np.unravel_index(gain.argmax(), gain.shape))
-    rows = (np.arange(len(own)) <= row) == (side == 0)
+def _seam(facade: FacadeCandidate, others: Sequence[FacadeCandidate], least: float) -> _Seam | None:
+    """Returns the storey that shows most wall more than the facade, `least` m2 at least; None without any.
+
+    Its rows are those that show more before the plane than on it, from the foot or from the head of the front
+    on. Most of what they show must lie in one layer, or on the walls of other facades.
+    """
+    cells, (layers, known) = facade.cells, _shown_before(facade, others)
+    gain = (layers.any(0) | known).sum(1) - cells.wall.sum(1) - _SHOWN * cells.whole.sum(1)
+    row, foot = np.arange(len(gain)), int(np.cumsum(gain).argmax())
+    head = len(gain) - 2 - int(np.cumsum(gain[::-1]).argmax())
+    between, own = (row > foot) & (row <= head), _walled(cells.wall, cells.cell)
+    found: list[tuple[bool, float, _Seam]] = []
+    for rows in (row <= foot, row > head):
+        layer = int(layers[:, rows].sum((1, 2)).argmax())
+        for shown, y in ((layers[layer], _depth(layer)), (known, None)):
+            wall = _walled(shown, cells.cell)
+            more = float(wall[rows].sum() - own[rows].sum()) * cells.cell**2
+            few = wall[between].sum() <= _FEW * wall[rows].sum()
+            if more >= least and few and _is_storey(wall, rows, cells):
+                found.append((y is not None, more, _Seam(y, rows[:, None])))
+    return max(found, key=lambda one: one[:2])[2] if found else None
+
+
+def _is_storey(shown: Bool, rows: Bool, cells: CellMap) -> bool:
+    """Returns whether rows (h,) are as high as a storey and most columns show its wall in cells (h, w)."""
     storey, rest = (_cut(cells, kept[:, None]).size[1] for kept in (rows, ~rows))
-    inside = front[layer, rows].sum()
-    is_storey = (
-        gain.max() * cells.cell**2 >= least
-        and front[layer, ~rows].sum() <= _FEW * inside
-        and shown[layer, rows].any(0).sum() > _MOST * cells.whole.any(0).sum()
-        and min(storey, rest) >= MASONRY.room_height
-    )
-    return _Seam((layer + 1) * _BIN_M - MASONRY.facade_reach, rows[:, None]) if is_storey else None
+    wide = shown[rows].any(0).sum() > _MOST * cells.whole.any(0).sum()
+    return bool(wide and min(storey, rest) >= MASONRY.room_height)
 
 
-def _shown_before(facade: FacadeCandidate) -> Bool:
+def _depth(layer: int) -> float:
+    """Returns the depth y m of the middle of a layer."""
+    return (layer + _LAYER / 2.0) * _BIN_M - MASONRY.facade_reach
+
+
+def _shown_before(facade: FacadeCandidate, others: Sequence[FacadeCandidate]) -> tuple[Bool, Bool]:
     """Returns the cells (layers, h, w) that show something in each layer well before the plane.
 
-    Layer k reaches one bin to either side of the depth of k + 1 bins, counted from the farthest before the
-    plane that anything of a facade stands.
+    The first layer begins as far before the plane as anything of a facade stands. What lies on the walls of
+    other facades is in none of them; its cells (h, w) come last. All rows and columns of the facade count,
+    for its outline may enter a storey through the windows of that only.
     """
     cells, q = facade.cells, facade.slab.q
     number = round((MASONRY.facade_reach - MASONRY.relief) / _BIN_M) + 1
     level = np.floor((q[:, 1] + MASONRY.facade_reach) / _BIN_M).astype(np.int64)
     near = np.flatnonzero((level >= 0) & (level < number))
-    held = np.zeros((number, cells.whole.size), np.bool_)
-    held.ravel()[distinct(level[near] * cells.whole.size + cells.flat(q[near, 0], q[near, 2]))] = True
-    held = held.reshape(number, *cells.whole.shape) & cells.whole
-    return np.asarray(held[:-1] | held[1:], np.bool_)
+    level = np.where(on_walls(facade.wall.point + q[near] @ facade.wall.axes.T, others), number, level[near])
+    held = np.zeros((number + 1, cells.whole.size), np.bool_)
+    held.ravel()[distinct(level * cells.whole.size + cells.flat(q[near, 0], q[near, 2]))] = True
+    held = held.reshape(number + 1, *cells.whole.shape) & _extent(cells)
+    return np.stack([held[k : k + _LAYER].any(0) for k in range(number - _LAYER + 1)]), held[-1]
+
+
+def _extent(cells: CellMap) -> Bool:
+    """Returns the cells (h, w) in the rows and columns of an outline."""
+    return np.logical_and.outer(cells.whole.any(1), cells.whole.any(0))
+
+
+def _walled(shown: Array, cell: float) -> Bool:
+    """Returns the cells (h, w) that show a surface which fills most of their surroundings."""
+    size = round(_AROUND_M / cell) | 1
+    share = ndimage.uniform_filter(shown.astype(np.float64), size, mode="nearest")
+    return np.asarray(shown & (share > _WALLED), np.bool_)
 
 
 def _storey(
-    facade: FacadeCandidate, seam: _Seam, scene: FacadeScene, rng: np.random.Generator
+    facade: FacadeCandidate, seam: _Seam, y: float, scene: FacadeScene, rng: np.random.Generator
 ) -> FacadeCandidate | None:
-    """Returns the storey that stands out as a wall of its own; None where it is not large enough for one."""
+    """Returns the storey at a depth y m as a wall of its own; None where it is not large enough for one."""
     wall, cells, q = facade.wall, facade.cells, facade.slab.q
-    on = (np.abs(q[:, 1] - seam.y) < _BIN_M) & cells.within(q[:, 0], q[:, 2], seam.rows)
-    before = replace(facade, wall=replace(wall, point=wall.point + seam.y * wall.normal))
-    found = refine_candidate(before, wall.point + q[on] @ wall.axes.T, scene, rng)
+    on = np.abs(q[:, 1] - y) < _LAYER * _BIN_M / 2.0
+    on &= (_extent(cells) & seam.rows).ravel()[cells.flat(q[:, 0], q[:, 2])]
+    moved = replace(facade, wall=replace(wall, point=wall.point + y * wall.normal))
+    found = refine_candidate(moved, wall.point + q[on] @ wall.axes.T, scene, rng)
     if found is None or found.wall.normal @ wall.normal < TOLERANCES.parallel_cos:
         return None
-    z = _middles(found) + float(found.wall.point[2])
-    row = np.floor((z - float(wall.point[2]) - cells.corner[1]) / cells.cell).astype(np.int64)
-    rows = seam.rows[np.clip(row, 0, len(seam.rows) - 1)]
-    storey = replace(found, cells=_cut(found.cells, rows))
+    storey = replace(found, cells=_cut(found.cells, _rows_of(found, facade, seam.rows)))
     return storey if is_large(storey.cells, least_area([facade], scene.options)) else None
 
 
-def _middles(facade: FacadeCandidate) -> Float:
-    """Returns the heights (h,) z m of the middles of the rows of cells of a facade, in its own frame."""
-    cells = facade.cells
-    return np.asarray(cells.corner[1] + cells.cell * (np.arange(len(cells.whole)) + 0.5))
+def _rows_of(own: FacadeCandidate, other: FacadeCandidate, rows: Bool) -> Bool:
+    """Returns which rows (k, 1) of cells of a wall lie in the `rows` (h, 1) of another one."""
+    z = own.cells.corner[1] + own.cells.cell * (np.arange(len(own.cells.whole)) + 0.5)
+    z += float(own.wall.point[2] - other.wall.point[2])
+    at: Int = np.floor((z - other.cells.corner[1]) / other.cells.cell).astype(np.int64)
+    return np.asarray(rows[np.clip(at, 0, len(rows) - 1)], np.bool_)
 
 
 def _cut(cells: CellMap, kept: Bool) -> CellMap:

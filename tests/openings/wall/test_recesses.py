@@ -80,5 +80,18 @@ def test_a_window_higher_than_others_has_a_frame_of_one_depth_all_round(right, d
     points[x >= 4.65, 1] += right - 0.2
     points[lattice, 1] = np.where(rng.random(lattice.sum()) < 0.7, 0.5, 0.4)
     raster = WallRaster((0.0, 0.0), TILE, (36, 22))
-    found = recess_depth(points[~lattice | (rng.random(len(points)) < 0.6)], raster, 0.005)
+    points = points[~lattice | (rng.random(len(points)) < 0.6)]
+    found = recess_depth(points, np.ones(len(points), np.int64), raster, 0.005)
     assert value_at(found, raster, np.array([2.75]), np.array([4.5])) == pytest.approx(depth, abs=0.02)
+
+
+def test_the_wall_of_a_recess_with_one_window_between_columns_is_the_parapet_below_that():
+    """The window reaches from column to column, and to the entablature: nothing of the wall is beside it."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform((5.5, 0.295, 0.0), (10.0, 0.305, 8.0), (60_000, 3))
+    window = points[:, 2] > 3.0
+    points[window, 1] = rng.choice([0.4, 0.5, 0.6, 2.0], window.sum())  # bars, spandrels, panes, room
+    raster = WallRaster((0.0, 0.0), TILE, (44, 60))  # the entablature is 3 m high
+    found = recess_depth(points, np.ones(len(points), np.int64), raster, 0.005)
+    x, z = np.meshgrid(np.linspace(6.0, 9.5, 8), np.linspace(0.5, 7.5, 15))
+    assert value_at(found, raster, x.ravel(), z.ravel()) == pytest.approx(0.3, abs=0.02)

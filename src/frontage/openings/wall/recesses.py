@@ -32,10 +32,11 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
     points = steady(beams.points)
     at = raster.flat(points[:, 0], points[:, 2])
     behind = points[:, 1] - beams.depth_at(points[:, 0], points[:, 2]) > beams.least
-    points = points[(at >= 0) & (cells.ravel()[at] > 0) & behind]
-    if not len(points):
+    inside = np.flatnonzero((at >= 0) & (cells.ravel()[at] > 0) & behind)
+    if not len(inside):
         return None
-    depth = recess_depth(points, tiles, facade.roughness)
+    points = points[inside]
+    depth = recess_depth(points, cells.ravel()[at[inside]], tiles, facade.roughness)
     off = points[:, 1] - value_at(depth, tiles, points[:, 0], points[:, 2])
     points, off = points[off > -FITTING], off[off > -FITTING]
     held = raster.count(*points[off <= beams.least][:, [0, 2]].T)

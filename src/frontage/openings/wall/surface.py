@@ -11,6 +11,7 @@ from frontage.openings.wall.setback import is_set_back_foot, shown_at, with_set_
 _FINE = 8  # cells of a tile, along and across, in which its area is counted
 _KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
 _PEAK = 0.25  # share of the largest area that a surface needs to be the wall: glass fronts hold little wall
+_ALIKE = 0.8  # share of the area of the fullest surface of a recess that another has that may be its wall
 _FINEST = 0.01  # m, least bin of depths
 # bins by which depths of one surface differ: a little over three, so that no rounding decides
 _SAME = 3.01
@@ -40,16 +41,42 @@ def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = Tr
     return _refined(wall, xyz, raster, slack)
 
 
-def recess_depth(xyz: Float, raster: WallRaster, roughness: float) -> Float:
+def recess_depth(xyz: Float, number: Int, raster: WallRaster, roughness: float) -> Float:
     """Returns the depth (h, w) y m of the wall of recesses from the points (n, 3) m in them.
 
     It is the surface that fills most of the area around each tile. Columns and piers before it may be nearer
-    to the facade plane, and what lies behind it and is no larger than an opening is one.
+    to the facade plane, and what lies behind it and is no larger than an opening is one. Where columns stand
+    before a recess, its wall goes on behind them. `number` (n,) tells the recess of every point.
     """
     own, area, y, slack = _areas(xyz, raster, roughness)
-    fullest = _filled(y[area.argmax(2)], np.asarray(area.max(2) <= 0.0))
+    empty = np.asarray(area.max(2) <= 0.0)
+    outside = _prevailing(_numbers(xyz, number, raster), own, y, slack)
+    fullest = np.where(own.any(2), _filled(y[area.argmax(2)], empty), outside)
     wall = _without_framed(_without_recesses(fullest, own, y, slack), slack)
     return _refined(wall, xyz, raster, slack)
+
+
+def _numbers(xyz: Float, number: Int, raster: WallRaster) -> Int:
+    """Returns the number (h, w) of the recess of the last point in each tile, or in the nearest with any."""
+    flat = raster.flat(xyz[:, 0], xyz[:, 2])
+    held = np.zeros(raster.shape[0] * raster.shape[1])
+    np.maximum.at(held, flat[flat >= 0], number[flat >= 0])
+    held = held.reshape(raster.shape)
+    return _filled(held, held == 0).astype(np.int64)
+
+
+def _prevailing(number: Int, own: Array, y: Float, slack: float) -> Float:
+    """Returns the depth (h, w) m of the surface that shows most in the recess of each tile.
+
+    Of those that show about as much, the foremost is the wall, because panes lie behind it.
+    """
+    out = np.zeros(number.shape)
+    for k in np.unique(number):
+        held = own[number == k].sum(0)
+        layer = np.array([held[np.abs(y - depth) <= slack / 2.0].sum() for depth in y])
+        peak = layer >= np.maximum(np.r_[0.0, layer[:-1]], np.r_[layer[1:], 0.0])
+        out[number == k] = y[peak & (layer >= _ALIKE * layer.max())][0]
+    return out
 
 
 def _areas(xyz: Float, raster: WallRaster, roughness: float) -> tuple[Array, Array, Float, float]:
