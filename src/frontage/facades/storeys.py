@@ -68,23 +68,22 @@ def _seam(facade: FacadeCandidate, others: Sequence[FacadeCandidate], least: flo
     """Returns the storey that shows most wall more than the facade, `least` m2 at least; None without any.
 
     Its rows are those that show more before the plane than on it, from the foot or from the head of the front
-    on. Most of what they show must lie in one layer, or on the walls of other facades.
+    on. Their wall is the layer that shows most of it, or that of other facades if these show more.
     """
     cells, (layers, known) = facade.cells, _shown_before(facade, others)
-    gain = (layers.any(0) | known).sum(1) - cells.wall.sum(1) - _SHOWN * cells.whole.sum(1)
+    gain = (layers[:-1].any(0) | known).sum(1) - cells.wall.sum(1) - _SHOWN * cells.whole.sum(1)
     row, foot = np.arange(len(gain)), int(np.cumsum(gain).argmax())
     head = len(gain) - 2 - int(np.cumsum(gain[::-1]).argmax())
     between, own = (row > foot) & (row <= head), _walled(cells.wall, cells.cell)
-    found: list[tuple[bool, float, _Seam]] = []
+    walls = np.stack([_walled(shown, cells.cell) for shown in (*layers, known)])
+    best, seam = least / cells.cell**2, None
     for rows in (row <= foot, row > head):
-        layer = int(layers[:, rows].sum((1, 2)).argmax())
-        for shown, y in ((layers[layer], _depth(layer)), (known, None)):
-            wall = _walled(shown, cells.cell)
-            more = float(wall[rows].sum() - own[rows].sum()) * cells.cell**2
-            few = wall[between].sum() <= _FEW * wall[rows].sum()
-            if more >= least and few and _is_storey(wall, rows, cells):
-                found.append((y is not None, more, _Seam(y, rows[:, None])))
-    return max(found, key=lambda one: one[:2])[2] if found else None
+        layer = int(walls[:, rows].sum((1, 2)).argmax())
+        more = float(walls[layer, rows].sum() - own[rows].sum())
+        few = walls[layer, between].sum() <= _FEW * walls[layer, rows].sum()
+        if more >= best and few and _is_storey(walls[layer], rows, cells):
+            best, seam = more, _Seam(None if layer == len(layers) else _depth(layer), rows[:, None])
+    return seam
 
 
 def _is_storey(shown: Bool, rows: Bool, cells: CellMap) -> bool:
@@ -107,7 +106,7 @@ def _shown_before(facade: FacadeCandidate, others: Sequence[FacadeCandidate]) ->
     for its outline may enter a storey through the windows of that only.
     """
     cells, q = facade.cells, facade.slab.q
-    number = round((MASONRY.facade_reach - MASONRY.relief) / _BIN_M) + 1
+    number = round((MASONRY.facade_reach - MASONRY.relief + _LAYER // 2 * _BIN_M) / _BIN_M) + 1
     level = np.floor((q[:, 1] + MASONRY.facade_reach) / _BIN_M).astype(np.int64)
     near = np.flatnonzero((level >= 0) & (level < number))
     level = np.where(on_walls(facade.wall.point + q[near] @ facade.wall.axes.T, others), number, level[near])
