@@ -71,7 +71,7 @@ def find_facades(
         refined = _with_remaining(candidates, refined, thinned, scene, rng)
         refined = drop_interiors(refined, scene, rng.spawn(1)[0])  # their extent is known better by now
         refined = with_sides(refined, thinned, scene, rng.spawn(1)[0])
-        refined = with_storeys(refined, scene, rng)
+        refined = with_storeys(refined, scene, rng.spawn(1)[0])
         candidates, arcades = with_open_arcades(refined, scene, rng)
         candidates = with_parts(without_overlaps(candidates, arcades), scene)
     if not candidates:

@@ -20,8 +20,11 @@ from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
 
 _ROOM = 3.0  # m around a front within which the beams through its openings end
-_MOSTLY = 0.8  # share of a front that the outline of its facade holds, where it bounds the front
+# share of a front that the outline of its facade holds, where it bounds the front; and of an opening that a
+# front holds, where it is seen through that
+_MOSTLY = 0.8
 _COVERED = 0.5  # share of an opening that a front must hide from the street
+_CELL, _MOST_CELLS = 2.0, 20  # spacings of the cells that tell how much of it a front fills, and their number
 
 Finder = Callable[[Facade, Scan], tuple[Opening, ...]]
 
@@ -54,6 +57,21 @@ class FrontSearch:
             self._searched[key] = self.find(front, self.scan.take(rows))
         return self._searched[key]
 
+    def hides(self, wall: Protrusion, opening: Opening) -> bool:
+        """Returns whether a front hides an opening of the wall behind it, or shows it through its windows.
+
+        It hides neither what lies mostly beside it, nor what reaches beyond it and is not filled by it.
+        """
+        around = shapely.Polygon(wall.ring)
+        if not is_hidden(opening, around) or is_hidden(opening, around, _MOSTLY):
+            return is_hidden(opening, around)
+        low, high = opening.ring.min(0), opening.ring.max(0)
+        near = np.abs(self.q[:, 1] - float(wall.front.value)) <= 3.0 * self.facade.roughness
+        x, z = self.q[near][:, [0, 2]].T
+        bins = np.clip((high - low) / (_CELL * self.facade.spacing), 1, _MOST_CELLS).astype(int)
+        shown = np.histogram2d(x, z, bins.tolist(), [[low[0], high[0]], [low[1], high[1]]])[0] > 0
+        return float(shown.mean()) > _COVERED
+
 
 def openings_on_fronts(
     main: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: FrontSearch
@@ -61,15 +79,18 @@ def openings_on_fronts(
     """Returns the openings of the `main` wall, with those of the fronts in place of what these hide.
 
     `Opening.on` names the front. The foremost front comes last, for it hides what lies behind it: what seems
-    to be there was seen through its openings. The openings of a niche replace the opening that it was taken
+    to be there was seen through its openings. An opening that reaches beyond a front stays where the front
+    does not fill it and has no opening there. The openings of a niche replace the opening that it was taken
     for.
     """
     openings = list(main)
     for wall in sorted((p for p in protrusions if p.kind.is_wall), key=lambda p: -float(p.front.value)):
         around, own = shapely.Polygon(wall.ring), fronts.openings(wall)
-        openings = [o for o in openings if not is_hidden(o, around)]
         if wall.front.value < 0.0:
             openings = [o for o in openings if not any(_overlap(o, fore) for fore in own)]
+            openings = [o for o in openings if not fronts.hides(wall, o)]
+        else:
+            openings = [o for o in openings if not is_hidden(o, around)]
         openings += [replace(o, on=wall.id) for o in own]
     return openings
 
@@ -80,10 +101,10 @@ def _overlap(a: Opening, b: Opening) -> bool:
     return bool(shapely.relate_pattern(one, other, "T********"))
 
 
-def is_hidden(opening: Opening, front: shapely.Polygon) -> bool:
-    """Returns whether most of an opening lies behind (or before) a front."""
+def is_hidden(opening: Opening, front: shapely.Polygon, share: float = _COVERED) -> bool:
+    """Returns whether more than a `share` of an opening lies behind (or before) a front."""
     ring = shapely.make_valid(shapely.Polygon(opening.ring))
-    return bool(shapely.intersection(ring, front).area > _COVERED * ring.area)
+    return bool(shapely.intersection(ring, front).area > share * ring.area)
 
 
 def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]:

@@ -111,3 +111,13 @@ def test_the_foremost_front_hides_what_is_behind_it_and_each_is_searched_once():
     found = openings_on_fronts([opening(box=beside), opening(box=over)], walls, fronts)
     assert searched == ["bay", "wide"] and overlaps(found) == 0
     assert [(o.on, *box_of(o)) for o in found] == [("", *beside), ("bay", 2.2, 2.0, 2.8, 3.0)]
+
+
+@pytest.mark.parametrize(("filled", "left"), [(False, 1.2), (True, 1.2), (False, 2.2)])
+def test_a_front_hides_what_it_fills_and_what_is_seen_through_it_but_not_what_reaches_beyond_it(filled, left):
+    facade, scan = scan_wall([], spacing=0.05)
+    if filled:
+        scan = replace(scan, xyz=scan.xyz - [0.0, 0.3, 0.0])
+    door, pedestal = opening(box=(left, 0.0, 3.6, 2.5)), front("pedestal", (2.0, 0.0, 5.0, 4.0), -0.3)
+    found = openings_on_fronts([door], [pedestal], FrontSearch(facade, scan, lambda *_: ()))
+    assert len(found) == (left < 2.0 and not filled)
