@@ -25,6 +25,7 @@ _WALLED = 0.5  # share of the cells within a metre that a wall shows, unlike the
 _AROUND_M = 1.0
 _SHOWN = 0.1  # share of a row by which more of it must lie before the plane than on it
 _FEW = 0.2  # share of the wall of a storey that may lie beyond it: the pedestals of columns
+_FARTHEST = MASONRY.pier  # m before the plane of a part beside the rest: farther ones are bays
 _MOST = 0.5  # share of the columns of a front that its storeys fill
 
 
@@ -42,55 +43,86 @@ def with_storeys(
     rest = list(facades)
     while rest:
         facade = rest.pop(0)
-        seam = _seam(facade, [*found, *rest], scene.options.min_area)
-        storey = None if seam is None or seam.y is None else _storey(facade, seam, seam.y, scene, rng)
-        if seam is None or (storey is None and seam.y is not None):
+        parts = _parts(facade, [*found, *rest], scene, rng)
+        if parts is None:
             found.append(facade)
         else:
-            rest = [replace(facade, cells=_cut(facade.cells, ~seam.rows)), *rest]
-            found += [storey] if storey else []
+            rest = [parts[0], *rest]
+            found += parts[1:]
     return found
+
+
+def _parts(
+    facade: FacadeCandidate, others: Sequence[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
+) -> list[FacadeCandidate] | None:
+    """Returns the rest of a facade and the part that stands out from it, if that is new; None without one."""
+    seam = _seam(facade, others, scene.options.min_area)
+    if seam is None:
+        return None
+    left = replace(facade, cells=_cut(facade.cells, ~seam.part))
+    if seam.y is None:
+        return [left]
+    part = _part(facade, seam, seam.y, scene, rng)
+    return [left, part] if part else None
 
 
 @dataclass(frozen=True, eq=False)
 class _Seam:
-    """A storey that stands out.
+    """A part that stands out.
 
     y     m, depth of its wall, negative; None where that is one of the facades already
-    rows  (h, 1) whether the rows of cells belong to it
+    part  (h, 1) or (1, w) whether the rows or the columns of cells belong to it
     """
 
     y: float | None
-    rows: Bool
+    part: Bool
 
 
 def _seam(facade: FacadeCandidate, others: Sequence[FacadeCandidate], least: float) -> _Seam | None:
-    """Returns the storey that shows most wall more than the facade, `least` m2 at least; None without any.
+    """Returns the part that shows most wall more than the facade, `least` m2 at least; None without any.
 
-    Its rows are those that show more before the plane than on it, from the foot or from the head of the front
-    on. Their wall is the layer that shows most of it, or that of other facades if these show more.
+    Its rows or columns are those that show more before the plane than on it, from one end of the front on.
+    Its wall is the layer that shows most of it, or that of other facades if these show more.
     """
     cells, (layers, known) = facade.cells, _shown_before(facade, others)
-    gain = (layers[:-1].any(0) | known).sum(1) - cells.wall.sum(1) - _SHOWN * cells.whole.sum(1)
-    row, foot = np.arange(len(gain)), int(np.cumsum(gain).argmax())
-    head = len(gain) - 2 - int(np.cumsum(gain[::-1]).argmax())
-    between, own = (row > foot) & (row <= head), _walled(cells.wall, cells.cell)
+    own = _walled(cells.wall, cells.cell)
     walls = np.stack([_walled(shown, cells.cell) for shown in (*layers, known)])
     best, seam = least / cells.cell**2, None
-    for rows in (row <= foot, row > head):
-        layer = int(walls[:, rows].sum((1, 2)).argmax())
-        more = float(walls[layer, rows].sum() - own[rows].sum())
-        few = walls[layer, between].sum() <= _FEW * walls[layer, rows].sum()
-        if more >= best and few and _is_storey(walls[layer], rows, cells):
-            best, seam = more, _Seam(None if layer == len(layers) else _depth(layer), rows[:, None])
+    for upright in (False, True):
+        first = 0 if not upright else int((MASONRY.facade_reach - _FARTHEST) / _BIN_M)
+        held, before = walls.copy(), (layers[first:-1].any(0) | known)
+        held[:first] = False
+        whole, wall, mine = cells.whole, cells.wall, own
+        if upright:
+            held, before, whole, wall, mine = held.transpose(0, 2, 1), before.T, whole.T, wall.T, mine.T
+        gain = before.sum(1) - wall.sum(1) - _SHOWN * whole.sum(1)
+        row, low = np.arange(len(gain)), int(np.cumsum(gain).argmax())
+        high = len(gain) - 2 - int(np.cumsum(gain[::-1]).argmax())
+        between = (row > low) & (row <= high)
+        for rows in (row <= low, row > high):
+            layer = int(held[:, rows].sum((1, 2)).argmax())
+            more = float(held[layer, rows].sum() - mine[rows].sum())
+            broad = ndimage.binary_opening(held[layer] & between[:, None], _line(cells, upright))
+            few = broad.sum() <= _FEW * held[layer, rows].sum()
+            part = rows[None] if upright else rows[:, None]
+            rest = is_large(_cut(cells, ~part), least)
+            if more >= best and few and rest and _is_part(held[layer], rows, whole, cells.cell, upright):
+                best = more
+                seam = _Seam(None if layer == len(layers) else _depth(layer), part)
     return seam
 
 
-def _is_storey(shown: Bool, rows: Bool, cells: CellMap) -> bool:
-    """Returns whether rows (h,) are as high as a storey and most columns show its wall in cells (h, w)."""
-    storey, rest = (_cut(cells, kept[:, None]).size[1] for kept in (rows, ~rows))
-    wide = shown[rows].any(0).sum() > _MOST * cells.whole.any(0).sum()
-    return bool(wide and min(storey, rest) >= MASONRY.room_height)
+def _line(cells: CellMap, upright: bool) -> Bool:
+    """Returns a level line of cells (1, k), or (k, 1) if transposed, as long as the front of a room."""
+    line = np.ones((1, round(MASONRY.room_width / cells.cell)), np.bool_)
+    return line.T if upright else line
+
+
+def _is_part(shown: Bool, rows: Bool, whole: Bool, cell: float, upright: bool) -> bool:
+    """Returns whether rows (h,) are as high as a storey, or wide as a room, and mostly show their wall."""
+    reach = cell * int((whole.any(1) & rows).sum())
+    wide = shown[rows].any(0).sum() > _MOST * whole[rows].any(0).sum()
+    return bool(wide and reach >= (MASONRY.room_width if upright else MASONRY.room_height))
 
 
 def _depth(layer: int) -> float:
@@ -128,27 +160,30 @@ def _walled(shown: Array, cell: float) -> Bool:
     return np.asarray(shown & (share > _WALLED), np.bool_)
 
 
-def _storey(
+def _part(
     facade: FacadeCandidate, seam: _Seam, y: float, scene: FacadeScene, rng: np.random.Generator
 ) -> FacadeCandidate | None:
     """Returns the storey at a depth y m as a wall of its own; None where it is not large enough for one."""
     wall, cells, q = facade.wall, facade.cells, facade.slab.q
     on = np.abs(q[:, 1] - y) < _LAYER * _BIN_M / 2.0
-    on &= (_extent(cells) & seam.rows).ravel()[cells.flat(q[:, 0], q[:, 2])]
+    on &= (_extent(cells) & seam.part).ravel()[cells.flat(q[:, 0], q[:, 2])]
     moved = replace(facade, wall=replace(wall, point=wall.point + y * wall.normal))
     found = refine_candidate(moved, wall.point + q[on] @ wall.axes.T, scene, rng)
     if found is None or found.wall.normal @ wall.normal < TOLERANCES.parallel_cos:
         return None
-    storey = replace(found, cells=_cut(found.cells, _rows_of(found, facade, seam.rows)))
-    return storey if is_large(storey.cells, least_area([facade], scene.options)) else None
+    part = replace(found, cells=_cut(found.cells, _at(found, facade, seam.part)))
+    return part if is_large(part.cells, least_area([facade], scene.options)) else None
 
 
-def _rows_of(own: FacadeCandidate, other: FacadeCandidate, rows: Bool) -> Bool:
-    """Returns which rows (k, 1) of cells of a wall lie in the `rows` (h, 1) of another one."""
-    z = own.cells.corner[1] + own.cells.cell * (np.arange(len(own.cells.whole)) + 0.5)
-    z += float(own.wall.point[2] - other.wall.point[2])
-    at: Int = np.floor((z - other.cells.corner[1]) / other.cells.cell).astype(np.int64)
-    return np.asarray(rows[np.clip(at, 0, len(rows) - 1)], np.bool_)
+def _at(own: FacadeCandidate, other: FacadeCandidate, part: Bool) -> Bool:
+    """Returns which rows (k, 1) or columns (1, k) of cells of a wall lie in those of another one, `part`."""
+    axis = 0 if part.shape[1] == 1 else 1
+    cells, across = own.cells, other.wall.axes[:, 2 - 2 * axis]
+    place = cells.corner[1 - axis] + cells.cell * (np.arange(cells.whole.shape[axis]) + 0.5)
+    place += float((own.wall.point - other.wall.point) @ across)
+    at: Int = np.floor((place - other.cells.corner[1 - axis]) / other.cells.cell).astype(np.int64)
+    inside = part.ravel()[np.clip(at, 0, part.size - 1)]
+    return np.asarray(np.expand_dims(inside, 1 - axis), np.bool_)
 
 
 def _cut(cells: CellMap, kept: Bool) -> CellMap:
