@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from frontage.facades.candidate import FacadeCandidate, refine_candidate
 from frontage.facades.cells import CellMap
-from frontage.facades.remaining import on_walls
+from frontage.facades.remaining import on_walls, without_doubles
 from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import is_large, least_area
 from frontage.geometry.arrays import Array, Bool, Int, distinct
@@ -25,6 +25,8 @@ _WALLED = 0.5  # share of the cells within a metre that a wall shows, unlike the
 _AROUND_M = 1.0
 _SHOWN = 0.1  # share of a row by which more of it must lie before the plane than on it
 _FEW = 0.2  # share of the wall of a storey that may lie beyond it: the pedestals of columns
+_LESS = 0.5  # share of that wall that the facade may show there: panes, and spandrels in its plane
+_BOUNDED = 0.9  # share of the length of an upright seam along which the facade shows wall beside it
 _FARTHEST = MASONRY.pier  # m before the plane of a part beside the rest: farther ones are bays
 _MOST = 0.5  # share of the columns of a front that its storeys fill
 
@@ -49,7 +51,7 @@ def with_storeys(
         else:
             rest = [parts[0], *rest]
             found += parts[1:]
-    return found
+    return without_doubles(found, scene) if len(found) > len(facades) else found
 
 
 def _parts(
@@ -104,8 +106,9 @@ def _seam(facade: FacadeCandidate, others: Sequence[FacadeCandidate], least: flo
             more = float(held[layer, rows].sum() - mine[rows].sum())
             broad = ndimage.binary_opening(held[layer] & between[:, None], _line(cells, upright))
             few = broad.sum() <= _FEW * held[layer, rows].sum()
+            few &= mine[rows].sum() <= _LESS * held[layer, rows].sum()
             part = rows[None] if upright else rows[:, None]
-            rest = is_large(_cut(cells, ~part), least)
+            rest = is_large(_cut(cells, ~part), least) and not (upright and _cuts_windows(cells, rows))
             if more >= best and few and rest and _is_part(held[layer], rows, whole, cells.cell, upright):
                 best = more
                 seam = _Seam(None if layer == len(layers) else _depth(layer), part)
@@ -123,6 +126,16 @@ def _is_part(shown: Bool, rows: Bool, whole: Bool, cell: float, upright: bool) -
     reach = cell * int((whole.any(1) & rows).sum())
     wide = shown[rows].any(0).sum() > _MOST * whole[rows].any(0).sum()
     return bool(wide and reach >= (MASONRY.room_width if upright else MASONRY.room_height))
+
+
+def _cuts_windows(cells: CellMap, columns: Bool) -> bool:
+    """Returns whether somewhere beside an upright seam, at the end of `columns` (w,), there is no wall.
+
+    A window of the facade there would lose the pier that bounds it.
+    """
+    pier = ndimage.binary_dilation(columns, iterations=round(MASONRY.pier / cells.cell)) & ~columns
+    wall, whole = (shown[:, pier].any(1) for shown in (cells.wall, cells.whole))
+    return int((wall & whole).sum()) < _BOUNDED * int(whole.sum())
 
 
 def _depth(layer: int) -> float:
