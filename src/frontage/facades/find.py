@@ -21,7 +21,7 @@ from frontage.facades.remaining import on_walls, search_remaining, without_doubl
 from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import is_large, least_area, search_candidates
 from frontage.facades.sides import with_sides
-from frontage.facades.storeys import with_storeys
+from frontage.facades.standing import with_standing_parts
 from frontage.geometry.arrays import Float
 from frontage.model.building import Building
 from frontage.model.canonical import canonical_axes, canonical_order, steady
@@ -71,7 +71,7 @@ def find_facades(
         refined = _with_remaining(candidates, refined, thinned, scene, rng)
         refined = drop_interiors(refined, scene, rng.spawn(1)[0])  # their extent is known better by now
         refined = with_sides(refined, thinned, scene, rng.spawn(1)[0])
-        refined = with_storeys(refined, scene, rng.spawn(1)[0])
+        refined = with_standing_parts(refined, scene, rng.spawn(1)[0])
         candidates, arcades = with_open_arcades(refined, scene, rng)
         candidates = with_parts(without_overlaps(candidates, arcades), scene)
     if not candidates:

@@ -1,4 +1,4 @@
-"""Gives a storey that stands out from the rest of its front, below or above it, a plane of its own.
+"""Gives a storey or an annex that stands out from the rest of its front a plane of its own.
 
 The search claims everything near a plane for it. Where the largest plane is a recessed wall above a
 rusticated basement, the bars of the windows below may happen to lie in it, while the wall around these
@@ -21,25 +21,25 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _BIN_M = MASONRY.step_out / 2.0  # m of depth
 _LAYER = 3  # bins of a wall with joints and courses that leans a little
-_WALLED = 0.5  # share of the cells within a metre that a wall shows, unlike the bars of windows
-_AROUND_M = 1.0
-_SHOWN = 0.1  # share of a row by which more of it must lie before the plane than on it
-_FEW = 0.2  # share of the wall of a storey that may lie beyond it: the pedestals of columns
-_LESS = 0.5  # share of that wall that the facade may show there: panes, and spandrels in its plane
-_BOUNDED = 0.9  # share of the length of an upright seam along which the facade shows wall beside it
-_FARTHEST = MASONRY.pier  # m before the plane of a part beside the rest: farther ones are bays
-_MOST = 0.5  # share of the columns of a front that its storeys fill
+_FARTHEST_M = MASONRY.pier  # m before the plane of a part beside the rest: farther ones are bays
+_AROUND_M = 1.0  # side of the surroundings of a cell
+_FILLED = 0.5  # share of them that a wall fills, unlike the bars of windows
+_MORE = 0.1  # share of a row by which more of it lies before the plane than on it
+_LESS = 0.5  # share of the wall of a part that the facade may show there: panes, and spandrels in its plane
+_FEW = 0.2  # share of the wall of a part that may lie beyond it
+_MOST = 0.5  # share of the columns of a storey that show its wall
+_BOUNDED = 0.9  # share of the length of an upright seam along which the facade shows wall
 
 
-def with_storeys(
+def with_standing_parts(
     facades: Sequence[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
 ) -> list[FacadeCandidate]:
-    """Returns the facades, with every storey that stands out from one of them as a facade of its own.
+    """Returns the facades, with every part that stands out from one of them as a facade of its own.
 
-    Level seams give every row of cells to the plane that shows more wall there. A storey stands out by more
-    than relief, lies below or above the rest of the front, and shows as much more wall than the other plane
-    as a facade needs. What shows much wall in between as well, such as pilasters, is no storey. A storey that
-    is one of the facades already only ends the outline of the other one.
+    Seams give every row, or every column, of cells to the plane that shows more wall there. A storey stands
+    out by more than relief, lies below or above the rest of the front, and shows as much more wall than the
+    other plane as a facade needs; an annex lies left or right of it. What shows much wall in between as well
+    is no such part. A part that is one of the facades already only ends the outline of the other one.
     """
     found: list[FacadeCandidate] = []
     rest = list(facades)
@@ -80,62 +80,95 @@ class _Seam:
     part: Bool
 
 
+@dataclass(frozen=True, eq=False)
+class _View:
+    """What a front shows in its cells (h, w); for upright seams transposed, so that columns are rows.
+
+    whole   (h, w) cells of its outline
+    wall    (h, w) those that show its own wall
+    own     (h, w) those of them that it fills
+    before  (h, w) cells that show something before the plane
+    walls   (layers + 1, h, w) those that a wall in each layer before the plane fills; last, other facades
+    room    (1, k) or (k, 1) a level line of cells, as long as the front of a room is wide
+    least   cells, rows of the smallest part
+    """
+
+    whole: Bool
+    wall: Bool
+    own: Bool
+    before: Bool
+    walls: Bool
+    room: Bool
+    least: float
+
+    def ends(self) -> tuple[Bool, Bool]:
+        """Returns the rows (h,), from the first on and up to the last, that show more before the plane."""
+        gain = self.before.sum(1) - self.wall.sum(1) - _MORE * self.whole.sum(1)
+        row = np.arange(len(gain))
+        return row <= np.cumsum(gain).argmax(), row[::-1] <= np.cumsum(gain[::-1]).argmax()
+
+    def gain(self, rows: Bool) -> tuple[int, int]:
+        """Returns the layer that shows most wall in rows (h,), and by how many cells more than the facade."""
+        area = self.walls[:, rows].sum((1, 2))
+        return int(area.argmax()), int(area.max()) - int(self.own[rows].sum())
+
+    def is_part(self, layer: int, rows: Bool, between: Bool) -> bool:
+        """Returns whether rows (h,) with their wall in a layer are a part; `between` (h,) are in no end.
+
+        Pilasters, buttresses and the pedestals of columns are narrower than a room: they do not count.
+        """
+        wall, inside = self.walls[layer], int(self.walls[layer, rows].sum())
+        beyond = ndimage.binary_opening(wall & between[:, None], self.room)
+        spans = wall[rows].any(0).sum() > _MOST * self.whole[rows].any(0).sum()
+        is_own = beyond.sum() <= _FEW * inside and self.own[rows].sum() <= _LESS * inside
+        return bool(spans and is_own and (self.whole.any(1) & rows).sum() >= self.least)
+
+
+def _views(facade: FacadeCandidate, others: Sequence[FacadeCandidate]) -> tuple[_View, _View]:
+    """Returns the views of a facade for level and for upright seams."""
+    cells, (layers, known) = facade.cells, _shown_before(facade, others)
+    walls = np.stack([_filled(shown, cells.cell) for shown in (*layers, known)])
+    room = np.ones((1, round(MASONRY.room_width / cells.cell)), np.bool_)
+    # the last layer begins within the relief of the plane
+    before = layers[:-1].any(0) | known
+    own, least = _filled(cells.wall, cells.cell), MASONRY.room_height / cells.cell
+    level = _View(cells.whole, cells.wall, own, before, walls, room, least)
+    near = int((MASONRY.facade_reach - _FARTHEST_M) / _BIN_M)
+    walls = np.concatenate([np.zeros_like(walls[:near]), walls[near:]]).transpose(0, 2, 1)
+    before, least = layers[near:-1].any(0) | known, MASONRY.room_width / cells.cell
+    return level, _View(cells.whole.T, cells.wall.T, own.T, before.T, walls, room.T, least)
+
+
 def _seam(facade: FacadeCandidate, others: Sequence[FacadeCandidate], least: float) -> _Seam | None:
     """Returns the part that shows most wall more than the facade, `least` m2 at least; None without any.
 
     Its rows or columns are those that show more before the plane than on it, from one end of the front on.
     Its wall is the layer that shows most of it, or that of other facades if these show more.
     """
-    cells, (layers, known) = facade.cells, _shown_before(facade, others)
-    own = _walled(cells.wall, cells.cell)
-    walls = np.stack([_walled(shown, cells.cell) for shown in (*layers, known)])
+    cells, (level, upright) = facade.cells, _views(facade, others)
     best, seam = least / cells.cell**2, None
-    for upright in (False, True):
-        first = 0 if not upright else int((MASONRY.facade_reach - _FARTHEST) / _BIN_M)
-        held, before = walls.copy(), (layers[first:-1].any(0) | known)
-        held[:first] = False
-        whole, wall, mine = cells.whole, cells.wall, own
-        if upright:
-            held, before, whole, wall, mine = held.transpose(0, 2, 1), before.T, whole.T, wall.T, mine.T
-        gain = before.sum(1) - wall.sum(1) - _SHOWN * whole.sum(1)
-        row, low = np.arange(len(gain)), int(np.cumsum(gain).argmax())
-        high = len(gain) - 2 - int(np.cumsum(gain[::-1]).argmax())
-        between = (row > low) & (row <= high)
-        for rows in (row <= low, row > high):
-            layer = int(held[:, rows].sum((1, 2)).argmax())
-            more = float(held[layer, rows].sum() - mine[rows].sum())
-            broad = ndimage.binary_opening(held[layer] & between[:, None], _line(cells, upright))
-            few = broad.sum() <= _FEW * held[layer, rows].sum()
-            few &= mine[rows].sum() <= _LESS * held[layer, rows].sum()
-            part = rows[None] if upright else rows[:, None]
-            rest = is_large(_cut(cells, ~part), least) and not (upright and _cuts_windows(cells, rows))
-            if more >= best and few and rest and _is_part(held[layer], rows, whole, cells.cell, upright):
-                best = more
-                seam = _Seam(None if layer == len(layers) else _depth(layer), part)
+    for view in (level, upright):
+        ends = view.ends()
+        for rows in ends:
+            layer, gain = view.gain(rows)
+            if gain < best or not view.is_part(layer, rows, ~np.any(ends, axis=0)):
+                continue
+            part = rows[:, None] if view is level else rows[None]
+            bounded = view is level or _is_bounded(cells, rows)
+            if bounded and is_large(_cut(cells, ~part), least):
+                y = None if layer == len(view.walls) - 1 else _depth(layer)
+                best, seam = gain, _Seam(y, part)
     return seam
 
 
-def _line(cells: CellMap, upright: bool) -> Bool:
-    """Returns a level line of cells (1, k), or (k, 1) if transposed, as long as the front of a room."""
-    line = np.ones((1, round(MASONRY.room_width / cells.cell)), np.bool_)
-    return line.T if upright else line
+def _is_bounded(cells: CellMap, columns: Bool) -> bool:
+    """Returns whether there is wall all along an upright seam at the end of `columns` (w,).
 
-
-def _is_part(shown: Bool, rows: Bool, whole: Bool, cell: float, upright: bool) -> bool:
-    """Returns whether rows (h,) are as high as a storey, or wide as a room, and mostly show their wall."""
-    reach = cell * int((whole.any(1) & rows).sum())
-    wide = shown[rows].any(0).sum() > _MOST * whole[rows].any(0).sum()
-    return bool(wide and reach >= (MASONRY.room_width if upright else MASONRY.room_height))
-
-
-def _cuts_windows(cells: CellMap, columns: Bool) -> bool:
-    """Returns whether somewhere beside an upright seam, at the end of `columns` (w,), there is no wall.
-
-    A window of the facade there would lose the pier that bounds it.
+    A window of the facade beside the seam would lose the pier that bounds it.
     """
     pier = ndimage.binary_dilation(columns, iterations=round(MASONRY.pier / cells.cell)) & ~columns
     wall, whole = (shown[:, pier].any(1) for shown in (cells.wall, cells.whole))
-    return int((wall & whole).sum()) < _BOUNDED * int(whole.sum())
+    return int((wall & whole).sum()) >= _BOUNDED * int(whole.sum())
 
 
 def _depth(layer: int) -> float:
@@ -148,7 +181,7 @@ def _shown_before(facade: FacadeCandidate, others: Sequence[FacadeCandidate]) ->
 
     The first layer begins as far before the plane as anything of a facade stands. What lies on the walls of
     other facades is in none of them; its cells (h, w) come last. All rows and columns of the facade count,
-    for its outline may enter a storey through the windows of that only.
+    because its outline may enter a storey through the windows of that storey only.
     """
     cells, q = facade.cells, facade.slab.q
     number = round((MASONRY.facade_reach - MASONRY.relief + _LAYER // 2 * _BIN_M) / _BIN_M) + 1
@@ -166,17 +199,17 @@ def _extent(cells: CellMap) -> Bool:
     return np.logical_and.outer(cells.whole.any(1), cells.whole.any(0))
 
 
-def _walled(shown: Array, cell: float) -> Bool:
+def _filled(shown: Array, cell: float) -> Bool:
     """Returns the cells (h, w) that show a surface which fills most of their surroundings."""
     size = round(_AROUND_M / cell) | 1
     share = ndimage.uniform_filter(shown.astype(np.float64), size, mode="nearest")
-    return np.asarray(shown & (share > _WALLED), np.bool_)
+    return np.asarray(shown & (share > _FILLED), np.bool_)
 
 
 def _part(
     facade: FacadeCandidate, seam: _Seam, y: float, scene: FacadeScene, rng: np.random.Generator
 ) -> FacadeCandidate | None:
-    """Returns the storey at a depth y m as a wall of its own; None where it is not large enough for one."""
+    """Returns the part at a depth y m as a wall of its own; None where it is not large enough for one."""
     wall, cells, q = facade.wall, facade.cells, facade.slab.q
     on = np.abs(q[:, 1] - y) < _LAYER * _BIN_M / 2.0
     on &= (_extent(cells) & seam.part).ravel()[cells.flat(q[:, 0], q[:, 2])]
@@ -200,5 +233,5 @@ def _at(own: FacadeCandidate, other: FacadeCandidate, part: Bool) -> Bool:
 
 
 def _cut(cells: CellMap, kept: Bool) -> CellMap:
-    """Returns the map with the `kept` cells (h, w), or rows (h, 1), only."""
+    """Returns the map with the `kept` cells: rows (h, 1) or columns (1, w)."""
     return replace(cells, whole=cells.whole & kept, wall=cells.wall & kept, shut=cells.shut & kept)
