@@ -3,8 +3,9 @@
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
+from frontage.geometry.arrays import Array, Float, Int, distinct
 from frontage.model.masonry import MASONRY
+from frontage.openings.wall.gaps import between, filled
 from frontage.openings.wall.raster import FITTING, TILE, WallRaster
 from frontage.openings.wall.setback import is_set_back_foot, shown_at, with_set_back_tops
 
@@ -51,7 +52,7 @@ def recess_depth(xyz: Float, number: Int, raster: WallRaster, roughness: float) 
     own, area, y, slack = _areas(xyz, raster, roughness)
     empty = np.asarray(area.max(2) <= 0.0)
     outside = _prevailing(_numbers(xyz, number, raster), own, y, slack)
-    fullest = np.where(own.any(2), _filled(y[area.argmax(2)], empty), outside)
+    fullest = np.where(own.any(2), filled(y[area.argmax(2)], empty), outside)
     wall = _without_framed(_without_recesses(fullest, own, y, slack), slack)
     return _refined(wall, xyz, raster, slack)
 
@@ -62,7 +63,7 @@ def _numbers(xyz: Float, number: Int, raster: WallRaster) -> Int:
     held = np.zeros(raster.shape[0] * raster.shape[1])
     np.maximum.at(held, flat[flat >= 0], number[flat >= 0])
     held = held.reshape(raster.shape)
-    return _filled(held, held == 0).astype(np.int64)
+    return filled(held, held == 0).astype(np.int64)
 
 
 def _prevailing(number: Int, own: Array, y: Float, slack: float) -> Float:
@@ -121,7 +122,7 @@ def _chosen(area: Array, y: Float, slack: float, rays: bool) -> Float:
     empty = ~peak.any(2)
     if empty.all():
         return np.zeros(empty.shape)
-    return _filled(y[best], empty)
+    return filled(y[best], empty)
 
 
 def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
@@ -133,7 +134,7 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     """
     bay = int(_BESIDE / TILE) | 1  # odd: as far to the left as to the right
     panel = (ndimage.grey_closing(wall, (bay, bay)) > wall + slack) & (wall < -FITTING)
-    wall = _filled(wall, panel)
+    wall = filled(wall, panel)
     beside = ndimage.minimum_filter(wall, bay)
     pier = shown_at(beside, own, y, slack).sum(2) > _PIER * own.sum(2)
     high, wide = _opened(wall)
@@ -146,7 +147,7 @@ def _without_openings(wall: Float, slack: float, narrow: int = 1) -> Float:
 
     Parts that are fewer than `narrow` tiles wide count as openings, however high they are.
     """
-    return _filled(wall, wall > np.maximum(*_opened(wall, narrow)) + slack)
+    return filled(wall, wall > np.maximum(*_opened(wall, narrow)) + slack)
 
 
 def _without_framed(wall: Float, slack: float) -> Float:
@@ -162,7 +163,7 @@ def _without_framed(wall: Float, slack: float) -> Float:
         ring = wall[near][ndimage.binary_dilation(part, np.ones((3, 3), bool)) & ~part]
         if len(ring) and np.mean(np.abs(ring - np.median(ring)) <= slack) >= _FRAMED:
             framed[near] |= part
-    return _filled(wall, framed)
+    return filled(wall, framed)
 
 
 def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
@@ -184,7 +185,7 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     is_wall = (np.maximum(held, shown) > own.sum(2) / 2) | is_full
     step = (behind > wall + slack) & (behind <= wall + FITTING)
     stepped = np.where(step & (shown > held) & is_wall, behind, wall)
-    beside = _between(stepped, is_wall)
+    beside = between(stepped, is_wall)
     stepped = np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
     # panes and frames may happen to lie as deep as the wall further back
     return _without_openings(_nearer(stepped, own, y, slack), slack)
@@ -234,14 +235,6 @@ def _opened(wall: Float, narrow: int = 1) -> tuple[Float, Float]:
     return high, ndimage.grey_opening(wall, (1, size))
 
 
-def _filled(values: Float, gap: Bool) -> Float:
-    """Fills the gaps in the values (h, w) with the nearest others, of two as near with the lesser."""
-    near = ndimage.distance_transform_edt(gap, return_distances=False, return_indices=True)
-    far = ndimage.distance_transform_edt(gap[:, ::-1], return_distances=False, return_indices=True)
-    right = values[:, ::-1][tuple(far)][:, ::-1]
-    return np.asarray(np.minimum(values[tuple(near)], right), np.float64)
-
-
 def _refined(wall: Float, xyz: Float, raster: WallRaster, slack: float) -> Float:
     """Refines the depth (h, w) m of each tile to that of the fullest surface near it in the tiles around.
 
@@ -262,7 +255,7 @@ def _refined(wall: Float, xyz: Float, raster: WallRaster, slack: float) -> Float
     mean = 9.0 * ndimage.uniform_filter(total, 3, mode="constant") / np.maximum(weight, 1.0)
     own = wall + np.where(weight > 0, mean, 0.0)
     most = ndimage.maximum_filter(weight, 2 * int(_BESIDE / TILE) + 1)
-    beside = _between(own, weight >= np.round(_PIER * most, 6))
+    beside = between(own, weight >= np.round(_PIER * most, 6))
     return np.where(np.abs(beside - own) <= slack, beside, own)
 
 
@@ -280,17 +273,6 @@ def _fullest(flat: Int, d: Float, shape: tuple[int, int], slack: float) -> Float
     middle = (np.arange(layer.shape[2]) - _STEPS / 2.0) * step  # of those as full, the one in the middle
     best = layer >= layer.max(2, keepdims=True)
     return np.asarray((best * middle).sum(2) / best.sum(2))
-
-
-def _between(values: Float, held: Bool) -> Float:
-    """Interpolates the values (h, w) that are not `held` between the next held ones of their row."""
-    w = values.shape[1]
-    at = np.broadcast_to(np.arange(w), values.shape)
-    left = np.maximum.accumulate(np.where(held, at, -1), axis=1)
-    right = np.minimum.accumulate(np.where(held, at, w)[:, ::-1], axis=1)[:, ::-1]
-    before, after = (np.take_along_axis(values, np.clip(k, 0, w - 1), 1) for k in (left, right))
-    line = before + (after - before) * (at - left) / np.maximum(right - left, 1)
-    return np.where((left < 0) | (right >= w), values, line)
 
 
 def value_at(values: Float, raster: WallRaster, x: Float, z: Float) -> Float:
