@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from frontage.facades.build import wall_spacing
 from frontage.facades.candidate import FacadeCandidate
@@ -147,3 +148,14 @@ def test_the_spacing_of_a_wall_that_is_scanned_unevenly_does_not_depend_on_the_d
         cells = CellMap((0.0, 0.0), CELL, *np.ones((3, 50, 200), np.bool_))
         told.append(wall_spacing(q, cells.flat(q[:, 0], q[:, 2]), cells, 0.02))
     assert told[1] / told[0] == np.clip(told[1] / told[0], 1.9, 2.1)
+
+
+@pytest.mark.parametrize(("offset", "high", "number"), [(-0.2, 18, 1), (-0.2, 30, 2), (-0.6, 18, 2)])
+def test_a_plinth_is_relief_of_its_wall_unless_it_is_a_storey_or_stands_far_out(
+    offset: float, high: int, number: int
+) -> None:
+    wall, plinth = np.zeros((2, 90, 120), np.bool_)
+    wall[high:], plinth[:high] = True, True
+    kept = without_overlaps([_candidate(0.0, wall), _candidate(offset, plinth)])
+    assert len(kept) == number
+    assert kept[0].cells.whole[:high].any() == (number == 1)

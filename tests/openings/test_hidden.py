@@ -1,12 +1,14 @@
 """A car hides the lower part of a ground floor: doors behind it stay doors, windows stay windows."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
-from frontage.openings.hidden import lowest_foot
+from frontage.openings.hidden import is_foot_unknown, judge_foot, lowest_foot
+from frontage.openings.wall.raster import WallRaster
 from openings.faces import face, scanned_faces
 from openings.fronts import outline
 
@@ -82,6 +84,34 @@ def test_feet_behind_a_car_are_judged_without_lines_of_sight():
     assert abs(at - SILL) < 3 * sigma < 1.0
     at, sigma = foot(found[3])
     assert abs(at - 0.03) < 3 * sigma < 1.0
+
+
+def dark(wall=0.0, posts=True):
+    """Evidence without lines of sight on a wall 5 m wide: nothing came back from 9 to 10 m above `wall` m.
+
+    Two posts stand there, up to 1.2 m, and the opening is seen above that.
+    """
+    raster = WallRaster((8.0, -0.5), 0.05, (80, 60))
+    x, z = (v.reshape(raster.shape) for v in raster.middles(np.ones(raster.shape, np.bool_)).T)
+    seen = (x < 9.0) | (x > 10.0) | (z < wall) | (z > 2.2)
+    post = ~seen & posts & (z < 1.2) & ((np.abs(x - 9.3) < 0.06) | (np.abs(x - 9.7) < 0.06))
+    llr = np.where(seen | post, -4.0, 0.5)
+    return SimpleNamespace(raster=raster, llr=llr, seen=seen | post, rays=False)
+
+
+def test_posts_before_the_hidden_foot_of_a_door_are_no_wall():
+    row = [outline((4.0, SILL, 5.2, TOP), 0.005), outline((6.5, SILL, 7.7, TOP), 0.005)]
+    judged = judge_foot(outline((9.0, 1.2, 10.0, 2.2), 0.3), row, None, dark(), 0.0, 0.0)
+    assert (judged.kind, judged.at) == ("door", pytest.approx(0.1, abs=0.1))
+
+
+@pytest.mark.parametrize(
+    ("wall", "sigma", "unknown"), [(-1.0, 0.15, True), (0.4, 0.15, False), (-1.0, 0.05, False)]
+)
+def test_a_foot_without_wall_below_it_is_unknown_unless_its_row_tells_it_well(wall, sigma, unknown):
+    borders = tuple(SimpleNamespace(is_seen=seen) for seen in (True, True, False, True))
+    opening = replace(outline((9.0, 0.5, 10.0, 2.2), (0.01, 0.01, sigma, 0.01)), borders=borders)
+    assert is_foot_unknown(opening, [], dark(wall, posts=False), 0.0) == unknown
 
 
 def test_no_foot_lies_below_the_top_of_the_opening_under_it():

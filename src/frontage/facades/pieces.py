@@ -20,6 +20,7 @@ _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an u
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
 _LEFT_M2 = MASONRY.pier * MASONRY.room_height  # of wall that a piece keeps: a narrow pier, a storey high
+_WITHIN = 0.8  # share of a plinth that lies in the outline of its wall
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
@@ -86,7 +87,8 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     """Divides the area that two outlines share between them, where each stays in one part.
 
     The second one is a layer of the first one, and no wall of its own (None), if hardly any of it is left, or
-    if it falls apart and hardly any of its wall lies beyond the outline of the first one.
+    if it falls apart and hardly any of its wall lies beyond the outline of the first one, or if what is left
+    of it is a plinth or a frieze of that wall.
 
     What the first one loses because it is no longer connected with it, as a portal in the middle of the
     second one, goes back to the second one.
@@ -98,7 +100,7 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     second = _kept(b.cells, lost, shared)
     if second is None:
         return a, b if (b.cells.wall & ~shared).sum() >= _cells_of_least(b.cells) else None
-    if second.area < _LEFT_M2:
+    if second.area < _LEFT_M2 or _is_relief(second, shared, a, b):
         return a, None
     own = replace(b, cells=second)
     first = _kept(a.cells, _shared(a, own)[0])
@@ -107,6 +109,17 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     a = replace(a, cells=first)
     rest = _kept(b.cells, _shared(b, a)[0])
     return a, own if rest is None else replace(b, cells=rest)
+
+
+def _is_relief(left: CellMap, shared: Bool, a: FacadeCandidate, b: FacadeCandidate) -> bool:
+    """Returns whether what is left of the second wall is relief of the first one, as a plinth is.
+
+    It lies near its plane and in its outline, of which `shared` (h, w) are cells, and is lower than a storey.
+    """
+    heights = left.cell * left.whole.sum(0)[left.whole.any(0)]
+    near = abs(float((b.wall.point - a.wall.point) @ a.wall.normal)) < MASONRY.relief
+    inside = (left.whole & shared).sum() > _WITHIN * left.whole.sum()
+    return bool(near and inside and np.median(heights) < MASONRY.room_height)
 
 
 def _shared(own: FacadeCandidate, other: FacadeCandidate) -> tuple[Bool, Int]:

@@ -36,6 +36,7 @@ _PRIOR = (0.4, 0.4, 0.2)  # of a door, of a sill of the row, and of any other pl
 _DOOR_HIGH, _WINDOW_HIGH = (np.log(2.3), 0.2), (np.log(1.7), 0.3)  # m, log-normal; doors with a light above
 _HIGHEST = float(np.exp(norm.ppf(0.99, *_DOOR_HIGH)))  # m above the ground: 99 % of all doors end below it
 _MOST = 6.0  # nats of a row of cells at most: they err together
+_WALLED = 0.5  # share of a row of cells that shows wall where there is one
 _LEAF = 0.05  # m about the front of the frame: panels and boards of a leaf
 _SAME = 0.03  # m, one sigma of widths and depths of a row
 _ODD = 0.3  # share of the windows of a row that are unlike the others
@@ -75,13 +76,24 @@ def is_foot_unknown(outline: Outline, others: Sequence[Outline], evidence: Evide
     """Returns whether the foot of an opening must be judged, for the beams do not tell it.
 
     Where the lines of sight are unknown, nothing tells what hides a foot, so that every foot counts that may
-    be a door's and is neither seen nor known to a tenth of the height.
+    be a door's and is neither seen nor known to a tenth of the height. Unless it is known well, wall must
+    show below it: the facade may end there only because something hides the rest.
     """
     if evidence.rays or not outline.borders:
         return is_foot_hidden(outline, evidence, ground)
-    told = outline.borders[2].is_seen or bool(is_known(outline)[2])
+    well = float(np.sqrt(outline.covariance[2, 2])) <= _UNKNOWN
+    known = bool(is_known(outline)[2]) and (well or _shows_wall_below(outline, evidence))
+    told = outline.borders[2].is_seen or known
     above = outline.place[3] - ground
     return not told and 2.0 * _STEP < above < _HIGHEST * np.exp(_scale(_row(outline, others)))
+
+
+def _shows_wall_below(outline: Outline, evidence: Evidence) -> bool:
+    """Returns whether most of any row of cells below an opening shows wall."""
+    x0, z0, x1, _ = outline.place
+    low, high, *columns = _cells(evidence, (evidence.raster.corner[1], z0), (x0, x1))
+    part = slice(low, high), slice(*columns)
+    return bool(((evidence.seen[part] & (evidence.llr[part] < 0.0)).mean(1) >= _WALLED).any())
 
 
 def _row(outline: Outline, others: Sequence[Outline]) -> list[Outline]:
@@ -154,7 +166,8 @@ def _seen(foot: Float, outline: Outline, evidence: Evidence) -> Float:
     """Returns the log-likelihood (k,) of the beams for every place of the foot, up to a constant.
 
     A row of cells above the foot is open and one below it is wall; hidden cells tell nothing. Where the lines
-    of sight are unknown, empty cells may be a shadow: all of them err together.
+    of sight are unknown, empty cells may be a shadow: all of them err together. A row that is mostly empty is
+    no wall then, whatever stands in it: a post, a person.
     """
     x0, _, x1, z1 = outline.place
     raster = evidence.raster
@@ -162,6 +175,7 @@ def _seen(foot: Float, outline: Outline, evidence: Evidence) -> Float:
     part = slice(low, high), slice(*columns)
     told, seen = evidence.llr[part], evidence.seen[part] | evidence.rays
     rows = np.clip(np.where(seen, told, 0.0).sum(1), -_MOST, _MOST)
+    rows = np.where(seen.mean(1) < _WALLED, np.maximum(rows, 0.0), rows)
     empty = np.where(seen, 0.0, told).sum(1)
     rows += empty * min(1.0, _MOST / max(float(empty.sum()), 1e-9))
     above = np.append(np.cumsum(rows[::-1])[::-1], 0.0)  # nats of all rows from one upwards
