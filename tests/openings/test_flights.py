@@ -45,6 +45,18 @@ def test_what_does_not_rise_towards_the_wall_is_no_flight(low, high):
     assert top_of_flight(sorted_by_x(points), DOOR, 0.0) is None
 
 
+@pytest.mark.parametrize(
+    ("wide", "fall", "found"), [(0.2, 0.64, True), (0.9, 0.64, False), (0.2, 0.1, False)]
+)
+def test_the_cheek_of_a_flight_tells_where_its_steps_end(wide, fall, found):
+    """It is narrow, unlike a bush, and rises like stairs, unlike a garden wall."""
+    rng = np.random.default_rng(0)
+    x, y = rng.uniform(3.0, 3.0 + wide, 800), rng.uniform(-2.0, -0.05, 800)
+    z = rng.uniform(0.4, 2.2 + fall * y)
+    top = top_of_flight(sorted_by_x(np.column_stack([x, y, z])), DOOR, 0.0)
+    assert top == (pytest.approx(2.0, abs=0.15) if found else None)
+
+
 def test_steps_beside_a_door_do_not_lead_up_to_it():
     beside = sorted_by_x(flight(np.random.default_rng(0), x=(4.0, 6.0)))
     assert top_of_flight(beside, DOOR, 0.0) is None

@@ -17,7 +17,9 @@ _RISER = 0.2  # m (DIN 18065): the points of a flight lie within a riser of the 
 _ROUNDS = 8  # rounds of line and points
 _MOST = 0.7  # share of the points before the foot of a door that belong to the flight at least
 _HALF = 0.2  # share of them on either half of the door at least: a car or a bin is not as wide
-_LAST = 0.95  # quantile of their heights that tells where the flight ends
+_LAST = 0.95  # quantile of heights that tells where a flight ends, and how high its cheek is
+_CHEEK_M = 0.3  # m, width of a cheek or railing with most of the points before the foot of a door
+_TREAD_M, _TREADS = 0.25, 5  # m, strips along the wall in which its upper edge is told, and how many at least
 
 
 def points_before(facade: Facade, scan: Scan, deepest: float = -_AT_WALL) -> Float:
@@ -39,7 +41,8 @@ def top_of_flight(before: Float, place: Box, ground: float) -> float | None:
     ground  m, height z of the ground
 
     Only points from which a door could lead up to the head of the opening count. They belong to a flight if
-    they lie along a line that rises towards the wall as stairs do, over the whole width of the opening.
+    they lie along a line that rises towards the wall as stairs do, over the whole width of the opening. Where
+    only a cheek or a railing of the flight is seen, its upper edge rises like that, up to the wall.
     """
     x0, _, x1, z1 = place
     x, y, z = before[slice(*np.searchsorted(before[:, 0], [x0, x1]))].T
@@ -47,6 +50,12 @@ def top_of_flight(before: Float, place: Box, ground: float) -> float | None:
     x, y, z = x[own], y[own], z[own]
     if len(x) < BEAMS_TO_DECIDE:
         return None
+    top = _top_of_treads(x, y, z, (x0 + x1) / 2.0)
+    return _top_of_cheek(x, y, z) if top is None else top
+
+
+def _top_of_treads(x: Float, y: Float, z: Float, middle: float) -> float | None:
+    """Returns where the treads end that points (n,) before a wall show on both sides of the `middle` x m."""
     kept = np.ones(len(x), np.bool_)
     for _ in range(_ROUNDS):
         if kept.sum() < BEAMS_TO_DECIDE or np.ptp(y[kept]) < _RUN:
@@ -56,7 +65,21 @@ def top_of_flight(before: Float, place: Box, ground: float) -> float | None:
         if (near == kept).all():
             break
         kept = near
-    on_the_left = (x[kept] < (x0 + x1) / 2).sum() / max(kept.sum(), 1)
+    on_the_left = (x[kept] < middle).sum() / max(kept.sum(), 1)
     rises = _PITCH[0] <= pitch <= _PITCH[1]
     is_flight = rises and kept.mean() >= _MOST and _HALF <= on_the_left <= 1.0 - _HALF
     return float(np.quantile(z[kept], _LAST)) if is_flight else None
+
+
+def _top_of_cheek(x: Float, y: Float, z: Float) -> float | None:
+    """Returns where the upper edge of a cheek or railing, told by points (n,), meets the wall."""
+    near = np.abs(x - np.median(x)) < _CHEEK_M / 2.0
+    strip = np.floor(-y[near] / _TREAD_M).astype(np.int64)
+    shown = np.bincount(strip) > 0
+    number = int(shown.argmin()) if not shown.all() else len(shown)
+    if near.mean() < _MOST or number < _TREADS:
+        return None
+    tops = np.array([np.quantile(z[near][strip == k], _LAST) for k in range(number)])
+    fall, level = np.polyfit(_TREAD_M * (np.arange(number) + 0.5), tops, 1)
+    straight = np.abs(tops - level - fall * _TREAD_M * (np.arange(number) + 0.5)).max() < _RISER
+    return float(tops.max()) if straight and _PITCH[0] <= -fall <= _PITCH[1] else None
