@@ -77,6 +77,10 @@ class CellMap:
         """Returns the cells (h, w) of the outline that lie more than `border` m inside it."""
         return np.asarray(ndimage.distance_transform_edt(self.whole) * self.cell > border, np.bool_)
 
+    def with_outline(self, whole: Bool) -> "CellMap":
+        """Returns the map with another outline, the cells `whole` (h, w), and the wall within that."""
+        return replace(self, whole=whole, wall=self.wall & whole, shut=self.shut & whole)
+
     def moved(self, x: float, z: float) -> "CellMap":
         """Returns the same cells with coordinates counted from the point (x, z) m."""
         return replace(self, corner=(self.corner[0] - x, self.corner[1] - z))

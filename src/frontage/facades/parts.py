@@ -38,8 +38,7 @@ def _wholes(candidate: FacadeCandidate) -> list[Bool]:
 
 def _part(candidate: FacadeCandidate, whole: Bool, cloud: BuildingCloud) -> FacadeCandidate:
     """Returns the part of a wall with the cells `whole` (h, w), about the barycentre of its own inliers."""
-    wall, cells = candidate.wall, candidate.cells
-    cells = replace(cells, whole=whole, wall=cells.wall & whole, shut=cells.shut & whole)
+    wall, cells = candidate.wall, candidate.cells.with_outline(whole)
     q = wall.coordinates(cloud.xyz[wall.inliers])
     on = cells.within(q[:, 0], q[:, 2])
     x, _, z = (float(v) for v in q[on].mean(0)) if on.any() else (0.0, 0.0, 0.0)

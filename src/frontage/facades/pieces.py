@@ -207,4 +207,4 @@ def _kept(cells: CellMap, lost: Bool, shared: Bool | None = None) -> CellMap | N
     if number == 0 or wall.max() < _WHOLE * max(wall.sum(), 1):
         return None
     whole = ndimage.binary_fill_holes(labels == int(np.argmax(wall)))
-    return replace(cells, whole=whole, wall=cells.wall & whole, shut=cells.shut & whole)
+    return cells.with_outline(whole)

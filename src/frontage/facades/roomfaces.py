@@ -28,9 +28,8 @@ def without_room_faces(
 
     A scanner in the street sees what lies close behind a wall through openings only. A floor or a ceiling
     that begins at solid wall, away from every opening, was measured in the room, and so was the wall if
-    nothing tells that it was seen from outside. Without sensor positions, a wall
-    narrower than a room proves nothing about the others: it may be the end of a front that was cut out
-    together with its ground.
+    nothing tells that it was seen from outside. Without sensor positions, a wall narrower than a room proves
+    nothing about the others: it may be the end of a front that was cut out together with its ground.
 
     known  walls that are facades, beside which all candidates may be walls of rooms
     """

@@ -108,14 +108,15 @@ class _View:
         return row <= np.cumsum(gain).argmax(), row[::-1] <= np.cumsum(gain[::-1]).argmax()
 
     def gain(self, rows: Bool) -> tuple[int, int]:
-        """Returns the layer that shows most wall in rows (h,), and by how many cells more than the facade."""
+        """Returns the layer with most wall in rows (h,), and how many cells of wall more than the facade."""
         area = self.walls[:, rows].sum((1, 2))
         return int(area.argmax()), int(area.max()) - int(self.own[rows].sum())
 
     def is_part(self, layer: int, rows: Bool, between: Bool) -> bool:
-        """Returns whether rows (h,) with their wall in a layer are a part; `between` (h,) are in no end.
+        """Returns whether rows (h,) at one end of the front, with their wall in a layer, are a part.
 
-        Pilasters, buttresses and the pedestals of columns are narrower than a room: they do not count.
+        `between` (h,) are the rows that belong to neither end. Pilasters, buttresses and the pedestals of
+        columns are narrower than a room and do not count.
         """
         wall, inside = self.walls[layer], int(self.walls[layer, rows].sum())
         beyond = ndimage.binary_opening(wall & between[:, None], self.room)
@@ -129,7 +130,7 @@ def _views(facade: FacadeCandidate, others: Sequence[FacadeCandidate]) -> tuple[
     cells, (layers, known) = facade.cells, _shown_before(facade, others)
     walls = np.stack([_filled(shown, cells.cell) for shown in (*layers, known)])
     room = np.ones((1, round(MASONRY.room_width / cells.cell)), np.bool_)
-    # the last layer begins within the relief of the plane
+    # the last layer reaches into the relief of the plane and tells no row
     before = layers[:-1].any(0) | known
     own, least = _filled(cells.wall, cells.cell), MASONRY.room_height / cells.cell
     level = _View(cells.whole, cells.wall, own, before, walls, room, least)
@@ -234,4 +235,4 @@ def _at(own: FacadeCandidate, other: FacadeCandidate, part: Bool) -> Bool:
 
 def _cut(cells: CellMap, kept: Bool) -> CellMap:
     """Returns the map with the `kept` cells: rows (h, 1) or columns (1, w)."""
-    return replace(cells, whole=cells.whole & kept, wall=cells.wall & kept, shut=cells.shut & kept)
+    return cells.with_outline(cells.whole & kept)

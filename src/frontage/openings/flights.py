@@ -55,7 +55,10 @@ def top_of_flight(before: Float, place: Box, ground: float) -> float | None:
 
 
 def _top_of_treads(x: Float, y: Float, z: Float, middle: float) -> float | None:
-    """Returns where the treads end that points (n,) before a wall show on both sides of the `middle` x m."""
+    """Returns the height z m of the last tread; None where the points (n,) before a wall are no treads.
+
+    Treads lie on both sides of the `middle` x m of the opening.
+    """
     kept = np.ones(len(x), np.bool_)
     for _ in range(_ROUNDS):
         if kept.sum() < BEAMS_TO_DECIDE or np.ptp(y[kept]) < _RUN:
@@ -72,14 +75,14 @@ def _top_of_treads(x: Float, y: Float, z: Float, middle: float) -> float | None:
 
 
 def _top_of_cheek(x: Float, y: Float, z: Float) -> float | None:
-    """Returns where the upper edge of a cheek or railing, told by points (n,), meets the wall."""
+    """Returns the height z m of a cheek or railing at the wall; None where the points (n,) are neither."""
     near = np.abs(x - np.median(x)) < _CHEEK_M / 2.0
     strip = np.floor(-y[near] / _TREAD_M).astype(np.int64)
-    shown = np.bincount(strip) > 0
-    number = int(shown.argmin()) if not shown.all() else len(shown)
+    number = int(np.append(np.bincount(strip) > 0, False).argmin())  # strips in a row, from the wall on
     if near.mean() < _MOST or number < _TREADS:
         return None
     tops = np.array([np.quantile(z[near][strip == k], _LAST) for k in range(number)])
-    fall, level = np.polyfit(_TREAD_M * (np.arange(number) + 0.5), tops, 1)
-    straight = np.abs(tops - level - fall * _TREAD_M * (np.arange(number) + 0.5)).max() < _RISER
-    return float(tops.max()) if straight and _PITCH[0] <= -fall <= _PITCH[1] else None
+    away = _TREAD_M * (np.arange(number) + 0.5)
+    line = np.polyfit(away, tops, 1)
+    straight = np.abs(tops - np.polyval(line, away)).max() < _RISER
+    return float(tops.max()) if straight and _PITCH[0] <= -line[0] <= _PITCH[1] else None

@@ -20,9 +20,8 @@ from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
 
 _ROOM = 3.0  # m around a front within which the beams through its openings end
-# share of a front that the outline of its facade holds, where it bounds the front; and of an opening that a
-# front holds, where it is seen through that
-_MOSTLY = 0.8
+_MOSTLY = 0.8  # share of a front that lies in the outline of its facade, where that bounds the front
+_BEHIND = 0.8  # share of an opening that lies behind a front, where it is seen through windows of the front
 _COVERED = 0.5  # share of an opening that a front must hide from the street
 _CELL, _MOST_CELLS = 2.0, 20  # spacings of the cells that tell how much of it a front fills, and their number
 
@@ -58,12 +57,13 @@ class FrontSearch:
         return self._searched[key]
 
     def hides(self, wall: Protrusion, opening: Opening) -> bool:
-        """Returns whether a front hides an opening of the wall behind it, or shows it through its windows.
+        """Returns whether an opening of the main wall is hidden by a front, or seen through its windows only.
 
-        It hides neither what lies mostly beside it, nor what reaches beyond it and is not filled by it.
+        An opening that lies mostly beside the front stays, and so does one that reaches beyond the front and
+        that no points of the front fill.
         """
         around = shapely.Polygon(wall.ring)
-        if not is_hidden(opening, around) or is_hidden(opening, around, _MOSTLY):
+        if not is_hidden(opening, around) or is_hidden(opening, around, _BEHIND):
             return is_hidden(opening, around)
         low, high = opening.ring.min(0), opening.ring.max(0)
         near = np.abs(self.q[:, 1] - float(wall.front.value)) <= 3.0 * self.facade.roughness

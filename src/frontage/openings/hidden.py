@@ -89,7 +89,7 @@ def is_foot_unknown(outline: Outline, others: Sequence[Outline], evidence: Evide
 
 
 def _shows_wall_below(outline: Outline, evidence: Evidence) -> bool:
-    """Returns whether most of any row of cells below an opening shows wall."""
+    """Returns whether any row of cells below an opening shows wall."""
     x0, z0, x1, _ = outline.place
     low, high, *columns = _cells(evidence, (evidence.raster.corner[1], z0), (x0, x1))
     part = slice(low, high), slice(*columns)

@@ -96,7 +96,7 @@ def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
 
 
 def _lowered(opening: Opening, floor: float) -> Opening:
-    """Returns the opening as a door with its foot on the floor at z m, unless it is seen to stand there."""
+    """Returns the opening as a door with its foot on the floor at z m; a foot measured there stays."""
     if _is_known(opening) and abs(float(opening.ring[:, 1].min()) - floor) < 2.0 * _SIGMA:
         return replace(opening, kind=OpeningKind.DOOR)
     ring = opening.ring.copy()

@@ -58,7 +58,7 @@ def recess_depth(xyz: Float, number: Int, raster: WallRaster, roughness: float) 
 
 
 def _numbers(xyz: Float, number: Int, raster: WallRaster) -> Int:
-    """Returns the number (h, w) of the recess of the last point in each tile, or in the nearest with any."""
+    """Returns the largest number (h, w) of a recess with points in each tile, or in the nearest with any."""
     flat = raster.flat(xyz[:, 0], xyz[:, 2])
     held = np.zeros(raster.shape[0] * raster.shape[1])
     np.maximum.at(held, flat[flat >= 0], number[flat >= 0])
@@ -67,9 +67,9 @@ def _numbers(xyz: Float, number: Int, raster: WallRaster) -> Int:
 
 
 def _prevailing(number: Int, own: Array, y: Float, slack: float) -> Float:
-    """Returns the depth (h, w) m of the surface that shows most in the recess of each tile.
+    """Returns the depth (h, w) m of the largest surface of the recess that each tile belongs to.
 
-    Of those that show about as much, the foremost is the wall, because panes lie behind it.
+    Of surfaces that are about as large, the foremost is the wall, because panes lie behind it.
     """
     out = np.zeros(number.shape)
     for k in np.unique(number):
