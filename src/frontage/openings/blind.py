@@ -15,7 +15,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.boxes import Box, grown
-from frontage.openings.closed.channels import WallSamples, scan_layer, wall_points, within
+from frontage.openings.closed.channels import WallSamples, looks_of, wall_points, within
 from frontage.openings.layout.rasters import shared_areas
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
@@ -65,7 +65,7 @@ def find_blind_niches(
     if not niches:
         return ()
     surface = wall_points(facade, scan, beams, (0.0, _DEEPEST + 2.0 * beams.least))
-    _, looks = scan_layer(surface, facade, scan).near((-np.inf, -np.inf, np.inf, np.inf))
+    looks = looks_of(surface, facade, scan)
     return tuple(n for n in niches if _looks_like_the_wall(n, surface, looks, beams))
 
 
@@ -103,9 +103,10 @@ def _looks_like_the_wall(niche: BlindNiche, surface: WallSamples, looks: Float, 
     looks (n, c): relief, intensity if there is one, lightness, red over green, blue over green. On a grey
     wall the intensity must be the same as well, because shutters are white and grey, too.
     """
-    back = niche.holds(surface.xz, surface.depth, beams.least)
-    wall = within(surface.xz, grown(niche.box, _AROUND)) & (np.abs(surface.depth) <= beams.least)
-    own, other = (_tile_means(surface.xz[some], looks[some, 1:]) for some in (back, wall))
+    near = surface.within(grown(niche.box, _AROUND))
+    xz, depth, looks = surface.xz[near], surface.depth[near], looks[near, 1:]
+    back, wall = niche.holds(xz, depth, beams.least), np.abs(depth) <= beams.least
+    own, other = (_tile_means(xz[some], looks[some]) for some in (back, wall))
     if min(len(own), len(other)) < _FEWEST:
         return False
     centre = np.median(other, axis=0)

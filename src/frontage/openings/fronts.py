@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float, Int, rising
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import polygon_ring, rectangle
 from frontage.model.canonical import canonical_order, steady
@@ -18,6 +18,7 @@ from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
+from frontage.openings.boxes import Box
 
 _ROOM = 3.0  # m around a front within which the beams through its openings end
 _MOSTLY = 0.8  # share of a front that lies in the outline of its facade, where that bounds the front
@@ -45,6 +46,19 @@ class FrontSearch:
         """The points of the scan (n, 3) m in the facade frame."""
         return steady(self.facade.frame.inverse.apply(self.scan.xyz))
 
+    @cached_property
+    def _along(self) -> tuple[Float, Int]:
+        """The x (n,) m of the points, rising, and their rows in `q`."""
+        order = rising(self.q[:, 0])
+        return self.q[order, 0], order
+
+    def rows_within(self, box: Box) -> Int:
+        """Returns the rows (k,) in `q` of the points before, on and behind a box, rising."""
+        x, rows = self._along
+        some = np.sort(rows[x.searchsorted(box[0], "right") : x.searchsorted(box[2])])
+        z = self.q[some, 2]
+        return np.asarray(some[(z > box[1]) & (z < box[3])])
+
     def openings(self, wall: Protrusion) -> tuple[Opening, ...]:
         """Returns the openings on a front.
 
@@ -52,7 +66,8 @@ class FrontSearch:
         """
         key = (*wall.ring.ravel().tolist(), float(wall.front.value))
         if key not in self._searched:
-            front, rows = _own_facade(self.facade, wall, self.q)
+            (x0, z0), (x1, z1) = wall.ring.min(0) - _ROOM, wall.ring.max(0) + _ROOM
+            front, rows = _own_facade(self.facade, wall, self.q, self.rows_within((x0, z0, x1, z1)))
             self._searched[key] = self.find(front, self.scan.take(rows))
         return self._searched[key]
 
@@ -66,8 +81,9 @@ class FrontSearch:
         if not is_hidden(opening, around) or is_hidden(opening, around, _BEHIND):
             return is_hidden(opening, around)
         low, high = opening.ring.min(0), opening.ring.max(0)
-        near = np.abs(self.q[:, 1] - float(wall.front.value)) <= 3.0 * self.facade.roughness
-        x, z = self.q[near][:, [0, 2]].T
+        x, y, z = self.q[self.rows_within((*low, *high))].T
+        near = np.abs(y - float(wall.front.value)) <= 3.0 * self.facade.roughness
+        x, z = x[near], z[near]
         bins = np.clip((high - low) / (_CELL * self.facade.spacing), 1, _MOST_CELLS).astype(int)
         shown = np.histogram2d(x, z, bins.tolist(), [[low[0], high[0]], [low[1], high[1]]])[0] > 0
         return float(shown.mean()) > _COVERED
@@ -107,19 +123,17 @@ def is_hidden(opening: Opening, front: shapely.Polygon, share: float = _COVERED)
     return bool(shapely.intersection(ring, front).area > share * ring.area)
 
 
-def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]:
+def _own_facade(facade: Facade, wall: Protrusion, q: Float, near: Int) -> tuple[Facade, Int]:
     """Makes a facade whose plane is the front of a protrusion.
 
-    Returns it with the rows of the points q (n, 3) m on which the beams through the front end; the support of
-    the new facade indexes these.
+    The beams through the front end on those points of q (n, 3) m whose rows (k,) are `near`. Returns the
+    facade with these rows in canonical order; its support indexes them.
     """
     (x0, z0), (x1, z1) = wall.ring.min(0), wall.ring.max(0)
     y = float(wall.front.value)
     frame = facade.frame
     moved = Rigid3(frame.to, frame.frm, frame.R, frame.apply(np.array([[0.0, y, 0.0]]))[0])
-    near = (q[:, 0] > x0 - _ROOM) & (q[:, 0] < x1 + _ROOM) & (q[:, 2] > z0 - _ROOM) & (q[:, 2] < z1 + _ROOM)
-    rows = np.flatnonzero(near)
-    rows = rows[canonical_order(q[rows])]
+    rows = near[canonical_order(q[near])]
     own = q[rows]
     deep = (own[:, 1] > y - 0.5) & (own[:, 1] < y + 1.0)
     held = deep & (own[:, 0] >= x0) & (own[:, 0] <= x1) & (own[:, 2] >= z0) & (own[:, 2] <= z1)

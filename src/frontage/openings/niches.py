@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Float, distinct
+from frontage.geometry.arrays import distinct
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
@@ -45,10 +45,8 @@ def find_niches(
     for opening in openings:
         if is_hidden(opening, before) or _has_frame(opening, fronts.facade):
             continue
-        back = _back(fronts.q, opening, fronts.facade)
-        is_deep = back is not None and (
-            back.value >= _LEAST or _has_spandrel(fronts.q, opening, fronts.facade)
-        )
+        back = _back(opening, fronts)
+        is_deep = back is not None and (back.value >= _LEAST or _has_spandrel(opening, fronts))
         niche = _niche(opening, back) if back is not None and is_deep else None
         if niche is not None and _has_openings(niche, fronts):
             niches.append(niche)
@@ -74,7 +72,7 @@ def _has_openings(niche: Protrusion, fronts: FrontSearch) -> bool:
     inner = fronts.openings(niche)
     area = sum(shapely.Polygon(o.ring).area for o in inner)
     several = len(inner) > 1 or 0.0 < area < _ALONE * shapely.Polygon(niche.ring).area
-    return several and _is_wall(fronts.q, niche, inner, fronts.facade)
+    return several and _is_wall(niche, inner, fronts)
 
 
 def _like_niches(openings: Sequence[Opening], niches: Sequence[Protrusion]) -> list[Protrusion]:
@@ -121,16 +119,16 @@ def _has_wall_around(opening: Opening, part: Protrusion) -> bool:
     return bool(min(beside, part.ring[:, 1].max() - high[1]) >= MASONRY.half_brick)
 
 
-def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
-    """Finds the surface that points q (n, 3) m show first behind the borders of an opening.
+def _back(opening: Opening, fronts: FrontSearch) -> Estimate[float] | None:
+    """Finds the surface that shows first behind the borders of an opening.
 
     Returns its depth y m, None where it is not the back of a niche. Areas are counted in cells, for scans are
     denser near by. The strip along the foot does not count: steps and goods may stand there.
     """
     (x0, z0), (x1, z1) = opening.ring.min(0), opening.ring.max(0)
-    x, y, z = q.T
+    facade, (x, y, z) = fronts.facade, fronts.q[fronts.rows_within((x0, z0, x1, z1))].T
     low, high = 3.0 * facade.roughness, MASONRY.facade_reach
-    near = np.flatnonzero((y > low) & (y < high) & (x > x0) & (x < x1) & (z > z0) & (z < z1))
+    near = np.flatnonzero((y > low) & (y < high))
     off = np.minimum(np.minimum(x[near] - x0, x1 - x[near]), z1 - z[near])
     near = near[(off > _OFF) & (off < _RIM)]
     side, bins = max(2.0 * facade.spacing, _OFF), int((high - low) / _BIN) + 1
@@ -146,27 +144,26 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
     return Estimate(float(np.median(own)), np.array([[spread**2 + facade.sigma_plane**2]]), float(len(own)))
 
 
-def _has_spandrel(q: Float, opening: Opening, facade: Facade) -> bool:
+def _has_spandrel(opening: Opening, fronts: FrontSearch) -> bool:
     """Returns whether a wall fills the foot of an opening behind the face of its wall, below a window."""
     (x0, z0), (x1, z1) = opening.ring.min(0), opening.ring.max(0)
-    x, y, z = q.T
-    rows, off = (z > z0) & (z < z1), 3.0 * facade.roughness
-    beside = rows & (np.abs(y) < off) & (np.abs(x - 0.5 * (x0 + x1)) < 0.5 * (x1 - x0) + _STRIP)
-    inside = rows & (x > x0 + _RIM) & (x < x1 - _RIM) & (y > MASONRY.panel) & (y < MASONRY.facade_reach)
-    per_row = beside.sum() / (2.0 * _STRIP * (z1 - z0)) * (x1 - x0 - 2.0 * _RIM) * ROW
+    x, y, z = fronts.q[fronts.rows_within((x0 - _STRIP, z0, x1 + _STRIP, z1))].T
+    off = 3.0 * fronts.facade.roughness
+    on_wall = np.abs(y) < off
+    inside = (x > x0 + _RIM) & (x < x1 - _RIM) & (y > MASONRY.panel) & (y < MASONRY.facade_reach)
+    per_row = on_wall.sum() / (2.0 * _STRIP * (z1 - z0)) * (x1 - x0 - 2.0 * _RIM) * ROW
     return spandrel_top(z[inside] - z0, y[inside], float(z1 - z0), off, float(per_row)) is not None
 
 
-def _is_wall(q: Float, niche: Protrusion, openings: Sequence[Opening], facade: Facade) -> bool:
+def _is_wall(niche: Protrusion, openings: Sequence[Opening], fronts: FrontSearch) -> bool:
     """Returns whether the back of a niche is wall or joinery around its `openings`.
 
-    Most of the points q (n, 3) m that show there at all must lie on it. Through a lattice, they lie behind.
+    Most of the points that show there at all must lie on it. Through a lattice, they lie behind.
     """
-    x, y, z = q.T
     (x0, z0), (x1, z1) = niche.ring.min(0) + _RIM, niche.ring.max(0) - _RIM
-    back, slack = float(niche.front.value), max(3.0 * facade.roughness, _BIN)
-    near = np.flatnonzero((x > x0) & (x < x1) & (z > z0) & (z < z1))
-    near = near[(y[near] >= back - slack) & (y[near] < back + _BEHIND)]
+    x, y, z = fronts.q[fronts.rows_within((x0, z0, x1, z1))].T
+    back, slack = float(niche.front.value), max(3.0 * fronts.facade.roughness, _BIN)
+    near = np.flatnonzero((y >= back - slack) & (y < back + _BEHIND))
     through = shapely.union_all([shapely.Polygon(o.ring).buffer(_OFF) for o in openings])
     around = ~shapely.contains_xy(through, x[near], z[near])
     on = y[near] <= back + slack

@@ -94,14 +94,22 @@ def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Sca
     return np.ascontiguousarray(lines.shifted(-np.maximum(depth, 0.0)).T)
 
 
-def scan_layer(surface: WallSamples, facade: Facade, scan: Scan) -> ChannelLayer:
-    """Returns relief, and intensity and colour as far as the scan has them."""
+def looks_of(surface: WallSamples, facade: Facade, scan: Scan) -> Float:
+    """Returns how points of the wall look (n, c), as far as the scan tells it.
+
+    The channels are relief, intensity, lightness, red over green, and blue over green.
+    """
     channels: list[Float] = [(surface.y - np.maximum(surface.depth - _DEEPEST, 0.0)) / _RELIEF]
     if scan.intensity is not None:
         channels.append(_flattened(scan.intensity[surface.index], surface.index, scan, facade))
     if scan.rgb is not None:
         channels += _colours(scan.rgb[surface.index])
-    values = np.column_stack(channels)
+    return np.column_stack(channels)
+
+
+def scan_layer(surface: WallSamples, facade: Facade, scan: Scan) -> ChannelLayer:
+    """Returns relief, and intensity and colour as far as the scan has them."""
+    values = looks_of(surface, facade, scan)
     raster = WallRaster.over(facade, max(PER_CELL * facade.spacing, _FINEST))
 
     def near(place: Box) -> tuple[Float, Float]:

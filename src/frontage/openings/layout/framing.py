@@ -1,6 +1,6 @@
 """Decides which rectangles of open cells can be openings: wall frames them, and beams tell of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -160,13 +160,10 @@ class Framing:
         if self._rays:
             return parted
         course, apart = (max(round(size / self._cell), 1) for size in (MASONRY.half_brick, _APART_M))
-        r0, c0, r1, c1 = boxes.T
-        third = (c1 - c0) // 3
-        for start in range(apart, int((r1 - r0).max(initial=0)) - apart - course + 1, course):
-            low, high = r0 + start, r0 + start + course
-            wall = self._sums(np.stack([low, c0 + third, high, c1 - third], 1)).is_wall
-            run = np.where(wall & (high <= r1 - apart), run + 1, 0)
-            parted |= run >= _COURSES
+        third = np.array([0, 1, 0, -1]) * ((boxes[:, 3] - boxes[:, 1]) // 3)[:, None]
+        for own, band in _bands(boxes + third, course, course, apart, parted):
+            run[own] = np.where(self._sums(band).is_wall, run[own] + 1, 0)
+            parted[own] = run[own] >= _COURSES
         return parted
 
     def _is_beside_wall(self, boxes: Int, rim: int) -> tuple[Bool, Bool]:
@@ -185,8 +182,9 @@ class Framing:
         cells = rim * (boxes[:, 2] - boxes[:, 0])
         beyond = np.stack([side.inside < _KNOWN * cells for side in sums]) & ~sides
         if not self._rays:
-            edges = self._beside(boxes + np.array([0, _EDGE, 0, -_EDGE]), _EDGE)
-            beyond &= np.stack([edge.is_wall for edge in edges])
+            some = beyond.any(0)
+            edges = self._beside(boxes[some] + np.array([0, _EDGE, 0, -_EDGE]), _EDGE)
+            beyond[:, some] &= np.stack([edge.is_wall for edge in edges])
         beyond |= ~sides & ((boxes[:, 3] - boxes[:, 1]) * self._cell > LARGEST)
         framed = (sides | hidden | beyond).all(0) & sides.any(0)
         return np.asarray(framed), np.asarray(beyond.any(0))
@@ -219,13 +217,12 @@ class Framing:
         found, shows = np.zeros(len(boxes), np.bool_), np.zeros(len(boxes), np.bool_)
         if self._rays:
             return found
-        r0, c0, r1, c1 = boxes.T
         high = max(int(_APART_M / self._cell), 1)
-        for start in range(0, int((r1 - r0).max(initial=0)) - high + 1, (high + 1) // 2):
-            band = np.stack([r0 + start, c0, r0 + start + high, c1], 1)
-            is_void = np.all([part.is_void for part in (self._sums(band), *self._beside(band, rim))], axis=0)
-            found |= shows & is_void & (band[:, 2] <= r1)
-            shows |= ~is_void
+        for own, band in _bands(boxes, high, (high + 1) // 2, 0, found):
+            is_void = self._sums(band).is_void
+            is_void[is_void] = np.all([side.is_void for side in self._beside(band[is_void], rim)], axis=0)
+            found[own] = shows[own] & is_void
+            shows[own] |= ~is_void
         return found
 
     def _is_at_rail(self, row: Int, c0: Int, c1: Int) -> Bool:
@@ -285,3 +282,18 @@ class Framing:
         s, wide = self._totals, self._shape[1] + 1
         sums = s[r1 * wide + c1] - s[r0 * wide + c1] - s[r1 * wide + c0] + s[r0 * wide + c0]
         return _Sums(*np.round(sums, _DIGITS).T.copy())  # sums of nothing are zero, and ties stay ties
+
+
+def _bands(boxes: Int, high: int, step: int, margin: int, done: Bool) -> Iterator[tuple[Int, Int]]:
+    """Yields bands of boxes (n, 4) from below, as numbers (k,) of boxes and their bands (k, 4).
+
+    Bands are `high` cells high, and at least `margin` cells off both ends of their boxes; they begin every
+    `step` cells. Boxes (n,) that are `done` by then have no more of them.
+    """
+    first, last = boxes[:, 0] + margin, boxes[:, 2] - margin - high
+    for start in range(0, int((last - first).max(initial=-1)) + 1, step):
+        own = np.flatnonzero(~done & (first + start <= last))
+        band = boxes[own]
+        band[:, 0] = first[own] + start
+        band[:, 2] = band[:, 0] + high
+        yield own, band
