@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.facades.arcades import with_open_arcades
+from frontage.facades.bows import search_strips
 from frontage.facades.build import as_seen, build_facade
 from frontage.facades.candidate import FacadeCandidate, refine_candidate, sketch_candidate
 from frontage.facades.cloud import prepare
@@ -129,6 +130,7 @@ def _with_remaining(
 ) -> list[FacadeCandidate]:
     """Returns the refined walls together with those that remain beside them and on bends between them."""
     remaining = search_remaining(sketches, refined, thinned, rng)
+    remaining += search_strips([*refined, *remaining], thinned, rng)
     remaining = drop_interiors(remaining, thinned, rng, refined)
     new = _refined(remaining, refined, thinned, scene, rng)
     return without_doubles([*refined, *new], scene) if new else refined

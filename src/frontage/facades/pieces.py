@@ -1,21 +1,21 @@
 """Gives every area of a front to one of its planes: outlines end where the next wall begins."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Set
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 from scipy import ndimage
 
+from frontage.facades.bends import ended_at_corners, share_a_corner, shared_cells
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
 from frontage.facades.options import FacadeOptions
-from frontage.geometry.arrays import Bool, Float, Int, distinct
+from frontage.geometry.arrays import Bool, Float, distinct
 from frontage.model.masonry import MASONRY, TOLERANCES
 
 _AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner of a place: half a window
 _BESIDE = 0.16  # share of wall around a place one sigma away from a straight edge of it
-_FLAT_COS = 0.766  # cosine between walls that meet at a flat corner: 40 degrees, fewer than in octagons
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
 _LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
@@ -36,44 +36,14 @@ def without_overlaps(
     because that other one is a step within it. The front and the wall of an arcade, given by their numbers,
     stand one behind the other, and the wall goes on behind the piers.
     """
-    pieces: list[FacadeCandidate | None] = [_ended_at_corners(c, candidates) for c in candidates]
+    parts = [ended_at_corners(candidate, candidates) for candidate in candidates]
+    pieces: list[FacadeCandidate | None] = [first for first, *_ in parts]
+    pieces += [part for _, *rest in parts for part in rest]
     for i, k in combinations(range(len(pieces)), 2):
         a, b = pieces[i], pieces[k]
-        if a and b and not {(i, k), (k, i)} & arcades and _are_beside(a, b):
+        if a and b and not {(i, k), (k, i)} & arcades and _are_beside(a, b) and not share_a_corner(a, b):
             pieces[i], pieces[k] = _divided(a, b)
     return [piece for piece in pieces if piece]
-
-
-def _ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> FacadeCandidate:
-    """Returns a wall whose outline ends at the flat corners where it meets other walls and hardly goes on.
-
-    What is near its plane beyond such a corner, for half a metre and more, belongs to the next face. At sharp
-    corners pilasters may stand out from the other wall.
-    """
-    cells, x = own.cells, own.cells.corner[0] + own.cells.cell * (np.arange(own.cells.whole.shape[1]) + 0.5)
-    for other in others:
-        crossing = _crossing(own, other)
-        if crossing is None:
-            continue
-        left = x < crossing
-        beyond = left if cells.wall[:, left].sum() < cells.wall[:, ~left].sum() else ~left
-        if cells.wall[:, beyond].sum() <= _WRONG * cells.wall.sum():
-            cells = _kept(cells, cells.whole & beyond) or cells
-    return replace(own, cells=cells)
-
-
-def _crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
-    """Returns where (x m) a wall meets another one at a flat corner; None where it meets it at none."""
-    if not _FLAT_COS < float(own.wall.normal @ other.wall.normal) < TOLERANCES.parallel_cos:
-        return None
-    along = own.wall.axes[:, 0]
-    x = float((other.wall.point - own.wall.point) @ other.wall.normal) / float(along @ other.wall.normal)
-    there = other.wall.coordinates((own.wall.point + x * along)[None])[0, 0]
-    held = np.flatnonzero(other.cells.wall.any(0))
-    if not len(held):
-        return None
-    low, high = other.cells.corner[0] + other.cells.cell * (held[[0, -1]] + [0, 1])
-    return x if low - MASONRY.relief < there < high + MASONRY.relief else None
 
 
 def _are_beside(a: FacadeCandidate, b: FacadeCandidate) -> bool:
@@ -93,7 +63,7 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     What the first one loses because it is no longer connected with it, as a portal in the middle of the
     second one, goes back to the second one.
     """
-    shared, there = _shared(b, a)
+    shared, there = shared_cells(b, a)
     lost = _beyond_seam(b, shared, shared & a.cells.wall.ravel()[there])
     if lost is None:
         lost = shared & _is_first(_share(a.cells).ravel()[there], _share(b.cells), shared)
@@ -103,11 +73,11 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     if second.area < _LEFT_M2 or _is_relief(second, shared, a, b):
         return a, None
     own = replace(b, cells=second)
-    first = _kept(a.cells, _shared(a, own)[0])
+    first = _kept(a.cells, shared_cells(a, own)[0])
     if first is None:
         return a, own
     a = replace(a, cells=first)
-    rest = _kept(b.cells, _shared(b, a)[0])
+    rest = _kept(b.cells, shared_cells(b, a)[0])
     return a, own if rest is None else replace(b, cells=rest)
 
 
@@ -120,18 +90,6 @@ def _is_relief(left: CellMap, shared: Bool, a: FacadeCandidate, b: FacadeCandida
     near = abs(float((b.wall.point - a.wall.point) @ a.wall.normal)) < MASONRY.relief
     inside = (left.whole & shared).sum() > _WITHIN * left.whole.sum()
     return bool(near and inside and np.median(heights) < MASONRY.room_height)
-
-
-def _shared(own: FacadeCandidate, other: FacadeCandidate) -> tuple[Bool, Int]:
-    """Returns the cells (h, w) that two outlines share, and the number of the other's cell at each."""
-    cells = own.cells
-    row, column = np.indices(cells.whole.shape) + 0.5
-    x, z = (cells.corner[k] + cells.cell * v.ravel() for k, v in enumerate((column, row)))
-    local = own.wall.point + np.column_stack([x, np.zeros(len(x)), z]) @ own.wall.axes.T
-    q = other.wall.coordinates(local)
-    r, c, inside = other.cells.locate(q[:, 0], q[:, 2])
-    there = (r * other.cells.whole.shape[1] + c).reshape(cells.whole.shape)
-    return cells.whole & inside.reshape(there.shape) & other.cells.whole.ravel()[there], there
 
 
 def _share(cells: CellMap) -> Float:

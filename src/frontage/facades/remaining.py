@@ -34,7 +34,7 @@ def search_remaining(
     planes on both sides of the bend may claim the part between them, although it slants from both.
     """
     thin = scene.cloud.thinned
-    lost = _are_claimed(thin, sketches, scene.options) & ~_are_claimed(thin, refined, scene.options)
+    lost = are_claimed(thin, sketches, scene.options) & ~are_claimed(thin, refined, scene.options)
     found: list[FacadeCandidate] = []
     for own, is_new in ((lost, is_no_layer), (_in_bent_columns(thin, refined, scene), _slants)):
         if np.count_nonzero(own) * scene.cloud.cell**2 >= scene.options.min_area:
@@ -42,7 +42,7 @@ def search_remaining(
     return found
 
 
-def _are_claimed(xyz: Float, facades: Sequence[FacadeCandidate], options: FacadeOptions) -> Bool:
+def are_claimed(xyz: Float, facades: Sequence[FacadeCandidate], options: FacadeOptions) -> Bool:
     """Returns which points (n, 3) m local lie in the prism of any facade."""
     claimed = np.zeros(len(xyz), np.bool_)
     for facade in facades:

@@ -42,11 +42,16 @@ def search_among(
     is_new: Callable[[FacadeCandidate, Sequence[FacadeCandidate], FacadeScene], bool],
     scene: FacadeScene,
     rng: np.random.Generator,
+    *,
+    patience: int = _PATIENCE,
+    only_new: bool = False,
 ) -> list[FacadeCandidate]:
     """Searches some of the thinned points (n, 3) m for walls, and returns those that are not known yet.
 
-    own     (n,) the points that are searched; the others tell whether a wall stands out from them
-    is_new  decides whether a wall that was found is a new one, given the facades that are known by then
+    own       (n,) the points that are searched; the others tell whether a wall stands out from them
+    is_new    decides whether a wall that was found is a new one, given the facades that are known by then
+    patience  rejected planes in a row before the search ends
+    only_new  walls that are not new are rejected, and use up only the points on their planes
     """
     cloud, options = scene.cloud, scene.options
     rise = stack_rise(thin, cloud.cell)
@@ -57,7 +62,7 @@ def search_among(
     thin, rise = thin[own], rise[own]
     accepted = list(known)
     rejected = 0
-    while rejected < _PATIENCE and len(accepted) < options.max_facades and len(thin) > 10:
+    while rejected < patience and len(accepted) < options.max_facades and len(thin) > 10:
         least = least_area(accepted, options)
         found = search_plane(thin, rise, cloud, options, rng)
         if found is None:
@@ -67,10 +72,13 @@ def search_among(
             break
         candidate = _large_candidate(plane, thin, least, scene, rng)
         is_wall = candidate is not None and stands_out(candidate, everything, cloud)
-        used = plane.own if candidate is None else plane.own | _claimed(candidate, thin, is_wall, options)
-        rejected = 0 if is_wall else rejected + 1
-        if candidate is not None and is_wall and is_new(candidate, accepted, scene):
-            accepted.append(candidate)
+        used, new = plane.own, False
+        if candidate is not None:
+            new = is_wall and is_new(candidate, accepted, scene)
+            if new or not only_new:
+                used = used | _claimed(candidate, thin, is_wall, options)
+            accepted += [candidate] if new else []
+        rejected = 0 if new or (is_wall and not only_new) else rejected + 1
         thin, rise = thin[~used], rise[~used]
     return accepted[len(known) :]
 

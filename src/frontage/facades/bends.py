@@ -1,0 +1,121 @@
+"""Ends the outlines of walls at the flat corners where they meet other walls.
+
+Where a front bends, the plane of each part goes on beyond the corner, near the next part or behind it, and
+the windows of that part would be its own as well.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.facades.candidate import FacadeCandidate
+from frontage.facades.cells import CellMap
+from frontage.facades.options import FacadeOptions
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY
+
+_FLATTEST, _SHARPEST = np.cos(np.radians([5.0, 40.0]))  # flat corners: blunter than those of an octagon
+_FULL = 0.25  # share of the wall in its fullest column that a column of a wall shows: spandrels alone do
+_BESIDE = 2.0  # cells on either side of a corner that do not tell whether a wall goes on
+_CORNER = 3.0  # cells on either side of a corner in which the outlines of both walls may end
+_LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
+
+
+def ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> list[FacadeCandidate]:
+    """Returns a wall, or its parts, with outlines that end at its flat corners with other walls.
+
+    What is near its plane beyond such a corner belongs to the next face, unless the wall itself goes on there
+    for the width of a pier. Where it begins again beyond another corner, as on both sides of a bow, it has
+    several parts. At sharp corners pilasters may stand out from the other wall.
+    """
+    cells = own.cells
+    crossings = [x for x in (crossing(own, other) for other in others) if x is not None]
+    if not crossings:
+        return [own]
+    x = cells.corner[0] + cells.cell * (np.arange(cells.whole.shape[1]) + 0.5)
+    alone = (_alone(own, others) & cells.whole).sum(0) >= _FULL * cells.wall.sum(0).max(initial=1)
+    ends = np.array(sorted(crossings))
+    alone &= np.abs(x[:, None] - ends).min(1) > _BESIDE * cells.cell
+    goes_on = ndimage.binary_opening(alone, np.ones(round(MASONRY.pier / cells.cell), np.bool_))
+    between = np.searchsorted(ends, x)
+    kept = np.isin(between, np.unique(between[goes_on]))
+    # outlines run through the middles of their border cells
+    run, number = ndimage.label(ndimage.binary_dilation(kept) & cells.whole.any(0))
+    parts = [_part(cells, run == k) for k in range(1, number + 1)]
+    large = [part for part in parts if part.area >= _LEAST_M2]
+    large.sort(key=lambda part: -part.area)
+    return [replace(own, cells=part) for part in large] or [own]
+
+
+def crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
+    """Returns where (x m) a wall meets another one at a flat corner; None where it meets it at none."""
+    if not _SHARPEST < float(own.wall.normal @ other.wall.normal) < _FLATTEST:
+        return None
+    along = own.wall.axes[:, 0]
+    x = float((other.wall.point - own.wall.point) @ other.wall.normal) / float(along @ other.wall.normal)
+    there = other.wall.coordinates((own.wall.point + x * along)[None])[0, 0]
+    held = full_columns(other.cells)
+    if not len(held):
+        return None
+    low, high = places(other.cells, held[[0, -1]])
+    return x if low - MASONRY.relief < there < high + MASONRY.relief else None
+
+
+def share_a_corner(a: FacadeCandidate, b: FacadeCandidate) -> bool:
+    """Returns whether two outlines share only what is next to the flat corner where their walls meet."""
+    at, cells = crossing(a, b), a.cells
+    shared = np.flatnonzero(shared_cells(a, b)[0].any(0))
+    x = cells.corner[0] + cells.cell * (shared + 0.5)
+    return at is not None and bool((np.abs(x - at) <= _CORNER * cells.cell).all())
+
+
+def shared_cells(own: FacadeCandidate, other: FacadeCandidate) -> tuple[Bool, Int]:
+    """Returns the cells (h, w) that two outlines share, and the number of the other's cell at each."""
+    cells = own.cells
+    row, column = np.indices(cells.whole.shape) + 0.5
+    x, z = (cells.corner[k] + cells.cell * v.ravel() for k, v in enumerate((column, row)))
+    local = own.wall.point + np.column_stack([x, np.zeros(len(x)), z]) @ own.wall.axes.T
+    q = other.wall.coordinates(local)
+    r, c, inside = other.cells.locate(q[:, 0], q[:, 2])
+    there = (r * other.cells.whole.shape[1] + c).reshape(cells.whole.shape)
+    return cells.whole & inside.reshape(there.shape) & other.cells.whole.ravel()[there], there
+
+
+def full_columns(cells: CellMap) -> Int:
+    """Returns the numbers (k,) of the columns of the run of cells that shows most of the wall."""
+    held = cells.wall.sum(0)
+    run, number = ndimage.label(held >= max(_FULL * held.max(initial=0), 1))
+    if number == 0:
+        return np.empty(0, np.int64)
+    return np.flatnonzero(run == 1 + np.bincount(run, held)[1:].argmax())
+
+
+def places(cells: CellMap, columns: Int) -> Float:
+    """Returns where (k,) m the middles of columns lie."""
+    return np.asarray(cells.corner[0] + cells.cell * (columns + 0.5), np.float64)
+
+
+def _alone(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> Bool:
+    """Returns the cells (h, w) of a wall that lie on none of those that it meets at a flat corner."""
+    cells, alone = own.cells, own.cells.wall.copy()
+    rows, columns = np.nonzero(alone)
+    x, z = (cells.corner[k] + cells.cell * (v + 0.5) for k, v in enumerate((columns, rows)))
+    middles = own.wall.point + np.column_stack([x, np.zeros(len(x)), z]) @ own.wall.axes.T
+    for other in others:
+        if crossing(own, other) is None:
+            continue
+        q, slope = other.wall.coordinates(middles), abs(float(own.wall.axes[:, 0] @ other.wall.normal))
+        near = np.abs(q[:, 1]) < own.wall.threshold + other.wall.threshold + cells.cell * slope
+        alone[rows, columns] &= ~(near & other.cells.within(q[:, 0], q[:, 2]))
+    return alone
+
+
+def _part(cells: CellMap, columns: Bool) -> CellMap:
+    """Returns the largest connected part of an outline in some of its columns (w,)."""
+    label, number = ndimage.label(cells.whole & columns)
+    if number == 0:
+        return cells.with_outline(np.zeros_like(cells.whole))
+    wall = np.bincount(label[cells.wall], minlength=number + 1)
+    return cells.with_outline(label == 1 + int(wall[1:].argmax()))
