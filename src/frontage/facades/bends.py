@@ -16,7 +16,7 @@ from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 
-_FLATTEST, _SHARPEST = np.cos(np.radians([5.0, 40.0]))  # flat corners: blunter than those of an octagon
+_FLATTEST, _SHARPEST = np.cos(np.radians([2.5, 40.0]))  # flat corners: blunter than those of an octagon
 _FULL = 0.25  # share of the wall in its fullest column that a column of a wall shows: spandrels alone do
 _BESIDE = 2.0  # cells on either side of a corner that do not tell whether a wall goes on
 _CORNER = 3.0  # cells on either side of a corner in which the outlines of both walls may end

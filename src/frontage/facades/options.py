@@ -29,7 +29,7 @@ class FacadeOptions(BaseModel):
         le=1,
         description="seen wall that a facade needs, as a share of the building's largest",
     )
-    max_facades: int = Field(default=16, ge=1, le=200, description="facades of one building, at most")
+    max_facades: int = Field(default=32, ge=1, le=200, description="facades of one building, at most")
     depth_front: float = Field(
         default=1.5,
         gt=0,
