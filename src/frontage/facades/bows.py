@@ -25,7 +25,8 @@ _HIGH = 0.8  # share of the height of the front that a strip shows
 _MOST = 0.5  # share of its wall that a strip shows in its run of full columns; chords of a bow have none
 _LESS = 0.5  # share of the wall of a strip that a facade may show in its place: what is near the corners
 _PLAN = 2.0  # voxels, side of the cells of a plan: walls that slant fill them from foot to top
-_PATIENCE = 8  # rejected planes in a row before the search ends: chords hold more wall than strips
+_FIRST = 3  # rejected planes in a row before a front has no strips: blank ones hold more wall than chords
+_PATIENCE = 8  # rejected planes in a row before there are no more: chords hold more wall than the last strips
 _NEAR = 2.0  # cells from a corner, within which both walls reach; tangents of a round wall cross before it
 
 
@@ -47,7 +48,8 @@ def search_strips(
     while near.any():
         known = [*facades, *left]
         own = near & ~on_walls(thin, known)
-        more = search_among(thin, own, known, _may_be_strip, scene, rng, patience=_PATIENCE, only_new=True)
+        patience = _PATIENCE if left else _FIRST
+        more = search_among(thin, own, known, _may_be_strip, scene, rng, patience=patience, only_new=True)
         if not more:
             break
         left += more
