@@ -16,11 +16,16 @@ from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 
-_FLATTEST, _SHARPEST = np.cos(np.radians([2.5, 40.0]))  # flat corners: blunter than those of an octagon
+_FLATTEST = np.cos(np.radians(2.5))  # cosine between walls that are one wall: flatter corners do not show
 _FULL = 0.25  # share of the wall in its fullest column that a column of a wall shows: spandrels alone do
 _BESIDE = 2.0  # cells on either side of a corner that do not tell whether a wall goes on
 _CORNER = 3.0  # cells on either side of a corner in which the outlines of both walls may end
-_LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
+
+SHARPEST = np.cos(np.radians(40.0))
+"""Cosine between walls that meet at the sharpest flat corner, which is blunter than those of an octagon."""
+
+LEAST_M2 = FacadeOptions().min_area
+"""m2 of wall that a facade has at least."""
 
 
 def ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> list[FacadeCandidate]:
@@ -31,12 +36,12 @@ def ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) ->
     several parts. At sharp corners pilasters may stand out from the other wall.
     """
     cells = own.cells
-    crossings = [x for x in (crossing(own, other) for other in others) if x is not None]
-    if not crossings:
+    corners = [(other, at) for other in others if (at := crossing(own, other)) is not None]
+    if not corners:
         return [own]
-    x = cells.corner[0] + cells.cell * (np.arange(cells.whole.shape[1]) + 0.5)
-    alone = (_alone(own, others) & cells.whole).sum(0) >= _FULL * cells.wall.sum(0).max(initial=1)
-    ends = np.array(sorted(crossings))
+    x = places(cells, np.arange(cells.whole.shape[1]))
+    alone = _alone(own, [other for other, _ in corners]).sum(0) >= _FULL * cells.wall.sum(0).max(initial=1)
+    ends = np.array(sorted(at for _, (at, _) in corners))
     alone &= np.abs(x[:, None] - ends).min(1) > _BESIDE * cells.cell
     goes_on = ndimage.binary_opening(alone, np.ones(round(MASONRY.pier / cells.cell), np.bool_))
     between = np.searchsorted(ends, x)
@@ -44,35 +49,36 @@ def ended_at_corners(own: FacadeCandidate, others: Sequence[FacadeCandidate]) ->
     # outlines run through the middles of their border cells
     run, number = ndimage.label(ndimage.binary_dilation(kept) & cells.whole.any(0))
     parts = [_part(cells, run == k) for k in range(1, number + 1)]
-    large = [part for part in parts if part.area >= _LEAST_M2]
+    large = [part for part in parts if part.area >= LEAST_M2]
     large.sort(key=lambda part: -part.area)
     return [replace(own, cells=part) for part in large] or [own]
 
 
-def crossing(own: FacadeCandidate, other: FacadeCandidate) -> float | None:
-    """Returns where (x m) a wall meets another one at a flat corner; None where it meets it at none."""
-    if not _SHARPEST < float(own.wall.normal @ other.wall.normal) < _FLATTEST:
+def crossing(own: FacadeCandidate, other: FacadeCandidate) -> tuple[float, float] | None:
+    """Returns where two walls meet at a flat corner: x m along each of them. None if they meet at none."""
+    if not SHARPEST < float(own.wall.normal @ other.wall.normal) < _FLATTEST:
         return None
     along = own.wall.axes[:, 0]
     x = float((other.wall.point - own.wall.point) @ other.wall.normal) / float(along @ other.wall.normal)
-    there = other.wall.coordinates((own.wall.point + x * along)[None])[0, 0]
+    there = float(other.wall.coordinates((own.wall.point + x * along)[None])[0, 0])
     held = full_columns(other.cells)
     if not len(held):
         return None
     low, high = places(other.cells, held[[0, -1]])
-    return x if low - MASONRY.relief < there < high + MASONRY.relief else None
+    return (x, there) if low - MASONRY.relief < there < high + MASONRY.relief else None
 
 
 def share_a_corner(a: FacadeCandidate, b: FacadeCandidate) -> bool:
     """Returns whether two outlines share only what is next to the flat corner where their walls meet."""
-    at, cells = crossing(a, b), a.cells
-    shared = np.flatnonzero(shared_cells(a, b)[0].any(0))
-    x = cells.corner[0] + cells.cell * (shared + 0.5)
-    return at is not None and bool((np.abs(x - at) <= _CORNER * cells.cell).all())
+    corner = crossing(a, b)
+    if corner is None:
+        return False
+    x = places(a.cells, np.flatnonzero(shared_cells(a, b)[0].any(0)))
+    return bool((np.abs(x - corner[0]) <= _CORNER * a.cells.cell).all())
 
 
 def shared_cells(own: FacadeCandidate, other: FacadeCandidate) -> tuple[Bool, Int]:
-    """Returns the cells (h, w) that two outlines share, and the number of the other's cell at each."""
+    """Returns which cells (h, w) of an outline lie in another outline, and the numbers of its cells there."""
     cells = own.cells
     row, column = np.indices(cells.whole.shape) + 0.5
     x, z = (cells.corner[k] + cells.cell * v.ravel() for k, v in enumerate((column, row)))
@@ -84,7 +90,10 @@ def shared_cells(own: FacadeCandidate, other: FacadeCandidate) -> tuple[Bool, In
 
 
 def full_columns(cells: CellMap) -> Int:
-    """Returns the numbers (k,) of the columns of the run of cells that shows most of the wall."""
+    """Returns the numbers (k,) of neighbouring columns that show much wall.
+
+    Of several such runs of columns, it is the one that shows the most wall.
+    """
     held = cells.wall.sum(0)
     run, number = ndimage.label(held >= max(_FULL * held.max(initial=0), 1))
     if number == 0:
@@ -98,14 +107,12 @@ def places(cells: CellMap, columns: Int) -> Float:
 
 
 def _alone(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> Bool:
-    """Returns the cells (h, w) of a wall that lie on none of those that it meets at a flat corner."""
+    """Returns the cells (h, w) of a wall that lie on none of the other walls."""
     cells, alone = own.cells, own.cells.wall.copy()
     rows, columns = np.nonzero(alone)
     x, z = (cells.corner[k] + cells.cell * (v + 0.5) for k, v in enumerate((columns, rows)))
     middles = own.wall.point + np.column_stack([x, np.zeros(len(x)), z]) @ own.wall.axes.T
     for other in others:
-        if crossing(own, other) is None:
-            continue
         q, slope = other.wall.coordinates(middles), abs(float(own.wall.axes[:, 0] @ other.wall.normal))
         near = np.abs(q[:, 1]) < own.wall.threshold + other.wall.threshold + cells.cell * slope
         alone[rows, columns] &= ~(near & other.cells.within(q[:, 0], q[:, 2]))
@@ -113,7 +120,7 @@ def _alone(own: FacadeCandidate, others: Sequence[FacadeCandidate]) -> Bool:
 
 
 def _part(cells: CellMap, columns: Bool) -> CellMap:
-    """Returns the largest connected part of an outline in some of its columns (w,)."""
+    """Returns the map of one connected part of an outline: the one in `columns` (w,) with the most wall."""
     label, number = ndimage.label(cells.whole & columns)
     if number == 0:
         return cells.with_outline(np.zeros_like(cells.whole))

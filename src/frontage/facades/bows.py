@@ -1,8 +1,7 @@
-"""Strips of bowed fronts: narrow walls, as high as the front, that go on from one another round flat corners.
+"""Finds the strips of bowed fronts: narrow walls, as high as the front, that meet at flat corners.
 
-A strip is no wider than an opening and lies within the prism of the front, so that its size and its place
-tell it neither from the side of a bay nor from relief. Its corners and its height do: what stands before a
-front is lower, and its relief is parallel to it.
+A strip is no wider than an opening and lies within the prism of the front. The same is true of the side of a
+bay and of relief, but what stands before a front is lower than the front, and relief is parallel to it.
 """
 
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from frontage.facades.bends import crossing, full_columns, places
+from frontage.facades.bends import SHARPEST, crossing, full_columns, places
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
 from frontage.facades.plane.curvature import wall_sagitta
@@ -20,14 +19,13 @@ from frontage.facades.sequential import search_among
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY, TOLERANCES
 
-_SHARPEST = np.cos(np.radians(40.0))  # between a strip and the front that it belongs to
 _HIGH = 0.8  # share of the height of the front that a strip shows
-_MOST = 0.5  # share of its wall that a strip shows in its run of full columns; chords of a bow have none
-_LESS = 0.5  # share of the wall of a strip that a facade may show in its place: what is near the corners
-_PLAN = 2.0  # voxels, side of the cells of a plan: walls that slant fill them from foot to top
-_FIRST = 3  # rejected planes in a row before a front has no strips: blank ones hold more wall than chords
-_PATIENCE = 8  # rejected planes in a row before there are no more: chords hold more wall than the last strips
-_NEAR = 2.0  # cells from a corner, within which both walls reach; tangents of a round wall cross before it
+_MOST = 0.5  # share of its wall that a strip shows in its full columns; chords of a bow have no such columns
+_LESS = 0.5  # share of the wall of a strip that a facade may show in the same place, near their corner
+_PLAN = 2.0  # voxels, side of the cells of a plan: a wall that slants from the axes still fills such cells
+_FIRST = 3  # rejected planes in a row that end a search without strips: blank strips are found before chords
+_PATIENCE = 8  # rejected planes in a row that end a later search: chords hold more wall than the last strips
+_NEAR = 2.0  # cells between a corner and both walls at most; tangents of a round wall cross farther off
 
 
 def search_strips(
@@ -35,10 +33,10 @@ def search_strips(
 ) -> list[FacadeCandidate]:
     """Finds the strips that lead from a facade to the next one, or to its own plane again.
 
-    They are looked for in the prisms of the facades, off their walls. A wall claims the strips beside it, and
-    the strip with the most wall is found first, wherever it stands. So the search is repeated until it finds
-    nothing more, and only then the corners are asked. Fronts are not searched where nothing stands off their
-    planes that is as high as they are.
+    They are looked for in the prisms of the facades, among the points that are not on the walls of facades. A
+    wall claims the strips beside it, and the strip with the most wall is found first, wherever it stands. So
+    the search is repeated until it finds nothing more, and the corners are checked afterwards. A front is not
+    searched if nothing off its plane is as high as the front.
     """
     if not facades:
         return []
@@ -54,14 +52,14 @@ def search_strips(
             break
         left += more
     found: list[FacadeCandidate] = []
-    while new := [strip for strip in left if goes_on(strip, [*facades, *found])]:
+    while new := [strip for strip in left if is_strip_beside(strip, [*facades, *found])]:
         found += new
-        left = [strip for strip in left if not any(strip is other for other in new)]
+        left = [strip for strip in left if strip not in new]
     return found
 
 
-def goes_on(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate]) -> bool:
-    """Decides whether a wall is a strip that goes on from one of the facades round a flat corner."""
+def is_strip_beside(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate]) -> bool:
+    """Decides whether a wall is a strip that meets one of the facades at a flat corner."""
     columns = full_columns(candidate.cells)
     if not _is_strip(candidate, columns):
         return False
@@ -69,9 +67,9 @@ def goes_on(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate]) -> b
 
 
 def _beside_piers(xyz: Float, facades: Sequence[FacadeCandidate], cell: float) -> Bool:
-    """Returns which points (n, 3) m local lie near something off all walls that is as high as a facade.
+    """Returns which points (n, 3) m local lie near things that are as high as a facade and on no wall.
 
-    That are piers and blank wall of strips, and little else: downpipes, and buttresses.
+    Such things are the piers and the blank walls of strips, and few others: downpipes and buttresses.
     """
     free = np.flatnonzero(~on_walls(xyz, facades))
     step = np.array([_PLAN, _PLAN, 1.0]) * cell
@@ -87,22 +85,22 @@ def _beside_piers(xyz: Float, facades: Sequence[FacadeCandidate], cell: float) -
 def _may_be_strip(candidate: FacadeCandidate, facades: Sequence[FacadeCandidate], scene: FacadeScene) -> bool:
     """Returns whether a wall is a strip as high as one of the facades that face nearly the same way.
 
-    Where it stands, none of these facades has as much wall itself: a strip is no layer of a wall.
+    None of these facades may show much wall in the same place, for a strip is no layer of a wall.
     """
     columns = full_columns(candidate.cells)
     if not _is_strip(candidate, columns):
         return False
-    beside = [f for f in facades if candidate.wall.normal @ f.wall.normal > _SHARPEST]
+    beside = [f for f in facades if candidate.wall.normal @ f.wall.normal > SHARPEST]
     is_high = any(_height(candidate.cells) >= _HIGH * _height(f.cells) for f in beside)
     return is_high and not any(_is_layer(candidate, columns, facade) for facade in beside)
 
 
 def _is_layer(candidate: FacadeCandidate, columns: Int, facade: FacadeCandidate) -> bool:
-    """Returns whether a facade shows half as much wall in the full `columns` (k,) of another wall as that."""
+    """Returns whether a facade shows more than half the wall that a candidate shows in its `columns` (k,)."""
     ends = np.zeros((2, 3))
     ends[:, 0] = places(candidate.cells, columns[[0, -1]])
     first, last = np.sort(facade.wall.coordinates(candidate.wall.point + ends @ candidate.wall.axes.T)[:, 0])
-    x = places(facade.cells, np.arange(facade.cells.wall.shape[1]))
+    x = places(facade.cells, np.arange(facade.cells.whole.shape[1]))
     wall = facade.cells.wall[:, (x >= first) & (x <= last)].sum() * facade.cells.cell**2
     own = candidate.cells.wall[:, columns].sum() * candidate.cells.cell**2
     return bool(wall > _LESS * own)
@@ -127,10 +125,10 @@ def _is_strip(candidate: FacadeCandidate, columns: Int) -> bool:
 
 def _meets(own: FacadeCandidate, columns: Int, other: FacadeCandidate) -> bool:
     """Returns whether a wall with its full `columns` (k,) ends in a flat corner with another one."""
-    x = crossing(own, other)
-    if x is None:
+    corner = crossing(own, other)
+    if corner is None:
         return False
-    there = other.wall.coordinates((own.wall.point + x * own.wall.axes[:, 0])[None])[0, 0]
+    x, there = corner
     at_end = np.abs(places(own.cells, columns[[0, -1]]) - x).min() < _NEAR * own.cells.cell
     beside = np.abs(places(other.cells, full_columns(other.cells)) - there).min(initial=np.inf)
     is_high = _height(own.cells) >= _HIGH * _height(other.cells)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.facades.arcades import stands_in_arcade
-from frontage.facades.bows import goes_on
+from frontage.facades.bows import is_strip_beside
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
 from frontage.facades.corners import APART_M, is_side
@@ -67,8 +67,8 @@ def drop_interiors(
     for inner in candidates:
         rows = sample_rays(inner.wall.inliers, rng)
         others = [outer for outer in (*known, *candidates) if outer is not inner]
-        is_strip = inner.side.told_by != "rays" and goes_on(inner, others)
-        if is_strip or not any(_is_interior(outer, inner, rows, scene) for outer in others):
+        is_interior = any(_is_interior(outer, inner, rows, scene) for outer in others)
+        if not is_interior or (inner.side.told_by != "rays" and is_strip_beside(inner, others)):
             kept.append(inner)
     return kept
 

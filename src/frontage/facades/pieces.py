@@ -7,10 +7,9 @@ from itertools import combinations
 import numpy as np
 from scipy import ndimage
 
-from frontage.facades.bends import ended_at_corners, share_a_corner, shared_cells
+from frontage.facades.bends import LEAST_M2, ended_at_corners, share_a_corner, shared_cells
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
-from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Bool, Float, distinct
 from frontage.model.masonry import MASONRY, TOLERANCES
 
@@ -18,7 +17,6 @@ _AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner o
 _BESIDE = 0.16  # share of wall around a place one sigma away from a straight edge of it
 _WRONG = 0.05  # share of the lesser wall that may lie on the wrong side of an upright seam
 _SLACK = 0.5  # columns of wall by which such seams differ that are as good
-_LEAST_M2 = FacadeOptions().min_area  # m2 of wall that a facade has at least
 _LEFT_M2 = MASONRY.pier * MASONRY.room_height  # of wall that a piece keeps: a narrow pier, a storey high
 _WITHIN = 0.8  # share of a plinth that lies in the outline of its wall
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
@@ -146,7 +144,7 @@ def _is_first(first: Float, second: Float, shared: Bool) -> Bool:
 
 def _cells_of_least(cells: CellMap) -> float:
     """Returns how many cells the least facade has."""
-    return _LEAST_M2 / cells.cell**2
+    return LEAST_M2 / cells.cell**2
 
 
 def _kept(cells: CellMap, lost: Bool, shared: Bool | None = None) -> CellMap | None:

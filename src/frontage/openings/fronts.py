@@ -48,12 +48,12 @@ class FrontSearch:
 
     @cached_property
     def _along(self) -> tuple[Float, Int]:
-        """The x (n,) m of the points, rising, and their rows in `q`."""
+        """The x coordinates (n,) m of the points in rising order, and the rows of these points in `q`."""
         order = rising(self.q[:, 0])
         return self.q[order, 0], order
 
     def rows_within(self, box: Box) -> Int:
-        """Returns the rows (k,) in `q` of the points before, on and behind a box, rising."""
+        """Returns the rows (k,) of the points in `q` whose x and z lie within a box, in rising order."""
         x, rows = self._along
         some = np.sort(rows[x.searchsorted(box[0], "right") : x.searchsorted(box[2])])
         z = self.q[some, 2]

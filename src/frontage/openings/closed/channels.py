@@ -95,9 +95,9 @@ def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Sca
 
 
 def looks_of(surface: WallSamples, facade: Facade, scan: Scan) -> Float:
-    """Returns how points of the wall look (n, c), as far as the scan tells it.
+    """Returns how the points of the wall look: the values (n, c) of all channels that the scan has.
 
-    The channels are relief, intensity, lightness, red over green, and blue over green.
+    The channels are relief, intensity, lightness, red over green, and blue over green, in this order.
     """
     channels: list[Float] = [(surface.y - np.maximum(surface.depth - _DEEPEST, 0.0)) / _RELIEF]
     if scan.intensity is not None:
@@ -108,7 +108,7 @@ def looks_of(surface: WallSamples, facade: Facade, scan: Scan) -> Float:
 
 
 def scan_layer(surface: WallSamples, facade: Facade, scan: Scan) -> ChannelLayer:
-    """Returns relief, and intensity and colour as far as the scan has them."""
+    """Returns the channels that the scan itself has: relief, and intensity and colour if it has them."""
     values = looks_of(surface, facade, scan)
     raster = WallRaster.over(facade, max(PER_CELL * facade.spacing, _FINEST))
 

@@ -285,7 +285,7 @@ class Framing:
 
 
 def _bands(boxes: Int, high: int, step: int, margin: int, done: Bool) -> Iterator[tuple[Int, Int]]:
-    """Yields bands of boxes (n, 4) from below, as numbers (k,) of boxes and their bands (k, 4).
+    """Yields bands of boxes (n, 4), the lowest first: the numbers (k,) of the boxes and the bands (k, 4).
 
     Bands are `high` cells high, and at least `margin` cells off both ends of their boxes; they begin every
     `step` cells. Boxes (n,) that are `done` by then have no more of them.
